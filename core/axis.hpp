@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/box.hpp"
+
+namespace boxunion {
+
+/// Ordinals of one axis: an exact, order-preserving map between the coordinates that occur in a set of boxes
+/// and the integers 1 .. 2^32 - 2 ("only comparison and assignment", López Monterde et al., section 1). All
+/// topology works on ordinals; kOrdinalMin and kOrdinalMax lie below and above every one of them.
+///
+/// - lattice: every coordinate is (base + ordinal) * 2^exponent for one exponent; found in one pass, no sort.
+/// - rank: the ordinal is one plus the position among the sorted distinct coordinates.
+class Axis {
+ public:
+  static constexpr std::uint32_t kOrdinalMin = 0, kOrdinalMax = 0xffffffffu;
+
+  /// An axis without coordinates.
+  Axis() = default;
+  /// A lattice of `count` ordinals from 1 on.
+  static Axis lattice(std::int64_t base, int exponent, std::uint32_t count);
+  /// Ranks of sorted distinct finite coordinates. Throws Error(resources) if there are more than 2^32 - 2.
+  static Axis rank(std::vector<double> coordinates);
+
+  bool is_lattice() const { return ranks_.empty(); }
+  /// Ordinals that may occur are 1 .. count().
+  std::uint32_t count() const { return count_; }
+  std::int64_t base() const { return base_; }
+  int exponent() const { return exponent_; }
+
+  /// The coordinate of an ordinal that occurs in the boxes; exact.
+  double coordinate(std::uint32_t ordinal) const;
+  /// The ordinal of a coordinate that occurs in the boxes.
+  std::uint32_t ordinal(double coordinate) const;
+
+ private:
+  std::int64_t base_ = 0;
+  int exponent_ = 0;
+  std::uint32_t count_ = 0;
+  std::vector<double> ranks_;
+};
+
+/// The three axes of a set of boxes, each a lattice where the coordinates allow it.
+using Axes = std::array<Axis, 3>;
+
+/// Finds the axes of valid boxes in parallel. Degenerate boxes take part (their coordinates may stretch a
+/// lattice, which is harmless).
+Axes make_axes(const BoxSet& boxes);
+
+/// Ranks on every axis whatever the coordinates are: the slower of the two exact maps, used by tests.
+Axes make_rank_axes(const BoxSet& boxes);
+
+/// A box in ordinals.
+struct OrdinalBox {
+  std::array<std::uint32_t, 3> lo, hi;
+  friend bool operator==(const OrdinalBox&, const OrdinalBox&) = default;
+};
+
+/// The boxes as ordinals, in the same order, without the degenerate ones. Parallel.
+std::vector<OrdinalBox> ordinal_boxes(const BoxSet& boxes, const Axes& axes);
+
+}  // namespace boxunion

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "core/axis.hpp"
+#include "core/vertex.hpp"
+
+namespace boxunion {
+
+/// Integral properties of a union. Every number is the exact value for the given coordinates, rounded once to
+/// the nearest double (ties to even), so it does not depend on order, threads, method or device. A value
+/// beyond the range of double is infinite.
+struct MassProperties {
+  std::uint64_t vertices = 0;
+  std::uint64_t extreme_vertices = 0;             ///< vertices with an odd octant mask
+  std::array<std::array<double, 3>, 2> bounds{};  ///< of the union; zeros if it is empty
+  double volume = 0;
+  double area = 0;
+  double edge_length = 0;            ///< of the set of edge points: a non-manifold edge counts once
+  std::array<double, 3> centroid{};  ///< zeros if the volume is zero
+  std::array<std::array<double, 3>, 3> inertia{};  ///< about the centroid, unit density
+};
+
+/// Sums over the vertices of some region of the lattice, in integers relative to an origin (see MassSink).
+/// volume = sum of s*x*y*z is the region's volume, first[a] twice its first moment along axis a, second holds
+/// 3 * (xx, yy, zz) and 4 * (xy, yz, zx) moments; area and length are per axis as in OctantProperties.
+struct LatticeSums {
+  std::uint64_t vertices = 0, extreme = 0;
+  std::int64_t volume = 0;
+  std::array<std::int64_t, 3> first{};
+  std::array<std::int64_t, 6> second{};
+  std::array<std::int64_t, 3> area{}, length{};
+};
+
+/// Turns vertices into mass properties as they come; holds no vertex.
+///
+/// The sums (Franklin, UNION3, section 4; DESIGN: weights in octants.hpp) are exact: integers on a lattice,
+/// fixed-point accumulators wide enough for every product on ranks.
+class MassSink : public VertexSink {
+ public:
+  explicit MassSink(Axes axes);
+  ~MassSink() override;
+  void add(std::span<const Vertex> vertices) override;
+
+  /// Adds what a device has summed over a closed region (its volume terms must be those of the union clipped
+  /// to the region) whose coordinates count from `origin`. All axes must be lattices. Thread-safe.
+  void add(const LatticeSums& sums, const std::array<std::uint32_t, 3>& origin);
+  /// Extends the bounds by ordinals that occur in the union; only needed beside LatticeSums. Thread-safe.
+  void extend_bounds(const OrdinalBox& box);
+
+  /// The properties of everything added so far.
+  MassProperties result() const;
+
+ private:
+  struct Sums;
+  std::unique_ptr<Sums> sums_;
+};
+
+}  // namespace boxunion

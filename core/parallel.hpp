@@ -1,0 +1,42 @@
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+
+namespace boxunion {
+
+// The one seam between boxunion and its thread library. The number of threads is the caller's business: run
+// inside a tbb::task_arena to limit it.
+
+/// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
+template <class F>
+void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
+  if (last - first <= grain) {
+    if (first < last) f(first, last);
+    return;
+  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(first, last, grain),
+                    [&](const tbb::blocked_range<std::size_t>& r) { f(r.begin(), r.end()); });
+}
+
+/// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values.
+template <class T, class F, class Join>
+T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T identity, F&& f, Join&& join) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(first, last, grain), identity,
+      [&](const tbb::blocked_range<std::size_t>& r, T value) { return f(r.begin(), r.end(), value); }, join);
+}
+
+/// Sorts [first, last) in ascending order (not stable).
+template <class Iterator, class Less = std::less<>>
+void parallel_sort(Iterator first, Iterator last, Less less = {}) {
+  tbb::parallel_sort(first, last, less);
+}
+
+}  // namespace boxunion

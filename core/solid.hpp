@@ -1,0 +1,29 @@
+#pragma once
+
+#include <mutex>
+#include <vector>
+
+#include "core/axis.hpp"
+#include "core/vertex.hpp"
+
+namespace boxunion {
+
+/// The union as its vertices: everything else (boundary, EVM, decompositions) follows from them.
+struct Solid {
+  Axes axes;
+  std::vector<Vertex> vertices;  ///< sorted by z, then y, then x; one at a point
+};
+
+/// Collects the vertices of a union and sorts them.
+class SolidSink : public VertexSink {
+ public:
+  void add(std::span<const Vertex> vertices) override;
+  /// The solid of everything added so far; leaves the sink empty.
+  Solid take(Axes axes);
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::vector<Vertex>> batches_;
+};
+
+}  // namespace boxunion

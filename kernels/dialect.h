@@ -1,0 +1,134 @@
+// One kernel text in three languages: OpenCL C 1.2, GLSL 4.60 (compiled to SPIR-V) and C++20.
+//
+// A kernel is written as
+//
+//   PARAMETERS_BEGIN u32 count; PARAMETERS_END
+//   KERNEL(name)
+//   IN(0, u32, first)  OUT(1, u32, result)  INOUT(2, u32, total)      buffers, in order of binding
+//   KERNEL_LOCALS
+//   SHARED(u32, scratch, 32)                                          memory of one work unit
+//   KERNEL_BODY
+//     if (UNIT >= p.count) return;                                    uniform over the unit
+//     LANES(i, 32u) scratch[i] = ...;                                 a loop shared by the unit's lanes
+//     SYNC;
+//     ONE_LANE total[0] += ...;
+//   KERNEL_END
+//
+// UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
+// thread: there LANES is a plain loop, SHARED an array of the thread's own and SYNC nothing.
+// What all three languages allow: u32, i32, u64 and bool; explicit conversions U32(x), U64(x), I32(x); conditions
+// that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
+#ifndef BOXUNION_DIALECT_H
+#define BOXUNION_DIALECT_H
+
+#if defined(VULKAN) // GLSL: the compiler defines VULKAN
+#define u32 uint
+#define i32 int
+#define u64 uint64_t
+#define i64 int64_t
+#define U32(x) uint(x)
+#define I32(x) int(x)
+#define U64(x) uint64_t(x)
+#define FN
+#define PARAMETERS_BEGIN layout(push_constant, std430) uniform ParameterBlock {
+#define PARAMETERS_END } p;
+#define KERNEL(name)
+#define IN(binding_, T, name) layout(set = 0, binding = binding_, std430) restrict readonly buffer Buffer_##name { T name[]; };
+#define OUT(binding_, T, name) layout(set = 0, binding = binding_, std430) restrict buffer Buffer_##name { T name[]; };
+#define INOUT(binding_, T, name) OUT(binding_, T, name)
+#define KERNEL_LOCALS layout(local_size_x_id = 0) in;
+#define KERNEL_BODY void main() {
+#define KERNEL_END }
+#define POPCOUNT(x) U32(bitCount(x))
+#define LOWEST_BIT(x) U32(findLSB(x))
+#define HIGHEST_BIT(x) U32(findMSB(x))
+#define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomicAdd(target, value)
+#define GROUP_INDEX (gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y)
+#define LANE gl_LocalInvocationIndex
+#define LANE_COUNT gl_WorkGroupSize.x
+#define SHARED_MEMORY shared
+#define BARRIER memoryBarrierShared(); barrier()
+#define ATOMIC_ADD(target, value) atomicAdd(target, value)
+#define ATOMIC_OR(target, value) atomicOr(target, value)
+
+#elif defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__) // OpenCL C; WORKGROUP comes with the build
+#ifndef WORKGROUP
+#define WORKGROUP 32
+#endif
+#define u32 uint
+#define i32 int
+#define u64 ulong
+#define i64 long
+#define U32(x) ((uint)(x))
+#define I32(x) ((int)(x))
+#define U64(x) ((ulong)(x))
+#define FN inline __attribute__((always_inline))
+#define PARAMETERS_BEGIN typedef struct {
+#define PARAMETERS_END } Parameters;
+#define KERNEL(name) __kernel __attribute__((reqd_work_group_size(WORKGROUP, 1, 1))) void name(
+#define IN(binding, T, name) __global const T *restrict name,
+#define OUT(binding, T, name) __global T *restrict name,
+#define INOUT(binding, T, name) OUT(binding, T, name)
+#define KERNEL_LOCALS const Parameters p) {
+#define KERNEL_BODY
+#define KERNEL_END }
+#define POPCOUNT(x) U32(popcount(x))
+#define LOWEST_BIT(x) (31u - U32(clz((x) & (0u - (x)))))
+#define HIGHEST_BIT(x) (31u - U32(clz(x)))
+#define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomic_add(&(target), value)
+#define GROUP_INDEX U32(get_group_id(0))
+#define LANE U32(get_local_id(0))
+#define LANE_COUNT U32(WORKGROUP)
+#define SHARED_MEMORY __local
+#define BARRIER barrier(CLK_LOCAL_MEM_FENCE)
+#define ATOMIC_ADD(target, value) atomic_add(&(target), value)
+#define ATOMIC_OR(target, value) atomic_or(&(target), value)
+
+#else // C++20: include <bit> and <cstdint> first; the text is compiled inside a namespace
+#define SERIAL
+using u32 = std::uint32_t;
+using i32 = std::int32_t;
+using u64 = std::uint64_t;
+using i64 = std::int64_t;
+#define U32(x) static_cast<u32>(x)
+#define I32(x) static_cast<i32>(x)
+#define U64(x) static_cast<u64>(x)
+#define FN static inline
+#define PARAMETERS_BEGIN struct Parameters {
+#define PARAMETERS_END };
+#define KERNEL(name) static inline void name(void *const *const buffers_, const Parameters &p, const u32 UNIT) {
+#define IN(binding, T, name) const T *__restrict const name = static_cast<const T *>(buffers_[binding]);
+#define OUT(binding, T, name) T *__restrict const name = static_cast<T *>(buffers_[binding]);
+#define INOUT(binding, T, name) OUT(binding, T, name)
+#define KERNEL_LOCALS
+#define KERNEL_BODY
+#define KERNEL_END }
+#define POPCOUNT(x) U32(std::popcount(x))
+#define LOWEST_BIT(x) U32(std::countr_zero(x))
+#define HIGHEST_BIT(x) (31u - U32(std::countl_zero(x)))
+#define GLOBAL_FETCH_ADD(old, target, value) const u32 old = __atomic_fetch_add(&(target), value, __ATOMIC_RELAXED)
+#endif
+
+#if defined(SERIAL) || defined(ITEM) // one thread serves a work unit
+#ifndef SERIAL
+#define UNIT (GROUP_INDEX * LANE_COUNT + LANE)
+#endif
+#define SHARED(T, name, size) T name[size];
+#define LANES(i, n) for (u32 i = 0u; i < (n); ++i)
+#define ONE_LANE
+#define SYNC
+#define LOCAL_ADD(target, value) (target) += (value)
+#define LOCAL_FETCH_ADD(old, target, value) const u32 old = (target); (target) += (value)
+#define LOCAL_OR(target, value) (target) |= (value)
+#else // one workgroup serves a work unit
+#define UNIT GROUP_INDEX
+#define SHARED(T, name, size) SHARED_MEMORY T name[size];
+#define LANES(i, n) for (u32 i = LANE; i < (n); i += LANE_COUNT)
+#define ONE_LANE if (LANE == 0u)
+#define SYNC BARRIER
+#define LOCAL_ADD(target, value) ATOMIC_ADD(target, value)
+#define LOCAL_FETCH_ADD(old, target, value) u32 old = ATOMIC_ADD(target, value)
+#define LOCAL_OR(target, value) ATOMIC_OR(target, value)
+#endif
+
+#endif // BOXUNION_DIALECT_H
