@@ -26,17 +26,17 @@ class BoxSet {
   BoxSet(std::vector<Box> boxes) : boxes_(std::move(boxes)) {}
   BoxSet(std::vector<IntegerBox> boxes) : boxes_(std::move(boxes)) {}
 
-  std::size_t size() const {
-    return visit([](const auto& boxes) { return boxes.size(); });
-  }
-  /// Box i with its coordinates as doubles (exact for both types).
-  Box operator[](std::size_t i) const;
-
   /// Calls f with the vector of boxes, `std::vector<Box>` or `std::vector<IntegerBox>`.
   template <class F>
   decltype(auto) visit(F&& f) const {
     return std::visit(std::forward<F>(f), boxes_);
   }
+
+  std::size_t size() const {
+    return visit([](const auto& boxes) { return boxes.size(); });
+  }
+  /// Box i with its coordinates as doubles (exact for both types).
+  Box operator[](std::size_t i) const;
 
  private:
   std::variant<std::vector<Box>, std::vector<IntegerBox>> boxes_;
