@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
@@ -38,5 +39,9 @@ template <class Iterator, class Less = std::less<>>
 void parallel_sort(Iterator first, Iterator last, Less less = {}) {
   tbb::parallel_sort(first, last, less);
 }
+
+/// A T for each thread that asks, made from the arguments given: `local()` is the caller's own.
+template <class T>
+using PerThread = tbb::enumerable_thread_specific<T>;
 
 }  // namespace boxunion

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,17 +11,26 @@
 #include "core/box.hpp"
 #include "core/mass.hpp"
 #include "core/solid.hpp"
+#include "host/device.hpp"
 
 namespace boxunion {
 
 /// How the union is computed; the result is the same to the last bit.
 enum class Method { slices };
 
+/// How kernels are launched; never changes a result. Zero or empty: what suits the device.
+struct Tuning {
+  std::optional<Shape> shape;
+  std::uint32_t workgroup = 0;
+  std::uint32_t tile_coordinates = 0;  ///< slices: distinct coordinates an axis of a tile, at most 31
+};
+
 /// What a run is asked to do, beside its boxes.
 struct Options {
   Method method = Method::slices;
   std::string device = "auto";  ///< see open_device
   int threads = 0;              ///< threads of the host, 0 for one per core
+  Tuning tuning;
 
   /// Called now and then, from any thread, with the fraction of the work that is done (0 to 1).
   std::function<void(double)> progress;

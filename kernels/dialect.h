@@ -16,8 +16,8 @@
 //
 // UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
 // thread: there LANES is a plain loop, SHARED an array of the thread's own and SYNC nothing.
-// What all three languages allow: u32, i32, u64 and bool; explicit conversions U32(x), U64(x), I32(x); conditions
-// that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
+// What all three languages allow: u32, i32, u64 and bool; explicit conversions U32(x), U64(x), I32(x); min and max
+// of equal types; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
 #ifndef BOXUNION_DIALECT_H
 #define BOXUNION_DIALECT_H
 
@@ -84,12 +84,14 @@
 #define ATOMIC_ADD(target, value) atomic_add(&(target), value)
 #define ATOMIC_OR(target, value) atomic_or(&(target), value)
 
-#else // C++20: include <bit> and <cstdint> first; the text is compiled inside a namespace
+#else // C++20: include <algorithm>, <bit> and <cstdint> first; the text is compiled inside a namespace
 #define SERIAL
 using u32 = std::uint32_t;
 using i32 = std::int32_t;
 using u64 = std::uint64_t;
 using i64 = std::int64_t;
+using std::max;
+using std::min;
 #define U32(x) static_cast<u32>(x)
 #define I32(x) static_cast<i32>(x)
 #define U64(x) static_cast<u64>(x)

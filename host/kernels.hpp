@@ -1,0 +1,9 @@
+#pragma once
+
+#include "host/device.hpp"
+
+namespace boxunion::kernels {
+
+const KernelSource& contour();
+
+}  // namespace boxunion::kernels

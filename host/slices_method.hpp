@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+
+#include "core/axis.hpp"
+#include "core/vertex.hpp"
+#include "host/engine.hpp"
+
+namespace boxunion {
+
+/// The union by slices (López Monterde et al.): the contour of every slab between neighbouring z by the
+/// kernel `contour`, then an xor merge of neighbouring slabs. Gives the vertices to `sink` in batches; memory
+/// stays bounded by the boxes and one batch of slabs. Fills report.kernel, device and stage times.
+void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, VertexSink& sink, Report& report);
+
+}  // namespace boxunion
