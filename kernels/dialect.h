@@ -12,6 +12,7 @@
 //     LANES(i, 32u) scratch[i] = ...;                                 a loop shared by the unit's lanes
 //     SYNC;
 //     ONE_LANE total[0] += ...;
+//     STORE_SUM(result[UNIT], scratch, value);                        sum of a value over the unit's lanes
 //   KERNEL_END
 //
 // UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
@@ -122,6 +123,8 @@ using std::min;
 #define LOCAL_ADD(target, value) (target) += (value)
 #define LOCAL_FETCH_ADD(old, target, value) const u32 old = (target); (target) += (value)
 #define LOCAL_OR(target, value) (target) |= (value)
+#define SHARED_REDUCTION(T, name)
+#define STORE_SUM(target, scratch, value) target = (value)
 #else // one workgroup serves a work unit
 #define UNIT GROUP_INDEX
 #define SHARED(T, name, size) SHARED_MEMORY T name[size];
@@ -131,6 +134,15 @@ using std::min;
 #define LOCAL_ADD(target, value) ATOMIC_ADD(target, value)
 #define LOCAL_FETCH_ADD(old, target, value) u32 old = ATOMIC_ADD(target, value)
 #define LOCAL_OR(target, value) ATOMIC_OR(target, value)
+#define SHARED_REDUCTION(T, name) SHARED(T, name, 128) // as many lanes as a workgroup may have
+#define STORE_SUM(target, scratch, value)                                        \
+  scratch[LANE] = (value);                                                       \
+  SYNC;                                                                          \
+  ONE_LANE {                                                                     \
+    for (u32 l_ = 1u; l_ < LANE_COUNT; ++l_) scratch[0] += scratch[l_];          \
+    target = scratch[0];                                                         \
+  }                                                                              \
+  SYNC
 #endif
 
 #endif // BOXUNION_DIALECT_H
