@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 namespace boxunion {
 
@@ -38,5 +40,26 @@ template <class Iterator, class Less = std::less<>>
 void parallel_sort(Iterator first, Iterator last, Less less = {}) {
   tbb::parallel_sort(first, last, less);
 }
+
+/// One T for every thread that asks, each a copy of the first.
+template <class T>
+class PerThread {
+ public:
+  explicit PerThread(T first) : values_(std::move(first)) {}
+  /// This thread's own T.
+  T& local() { return values_.local(); }
+  /// Calls f(T&) for every T made so far; no thread may be in local() or writing to its T.
+  template <class F>
+  void for_each(F&& f) {
+    for (T& value : values_) f(value);
+  }
+  template <class F>
+  void for_each(F&& f) const {
+    for (const T& value : values_) f(value);
+  }
+
+ private:
+  tbb::enumerable_thread_specific<T> values_;
+};
 
 }  // namespace boxunion
