@@ -15,11 +15,11 @@ using Int128 = __int128;
 using UInt128 = unsigned __int128;
 using BigInteger = boost::multiprecision::cpp_int;
 
-/// An exact sum of products Int128 * uint64 on a lattice; a few nanoseconds a product.
+/// An exact sum of products Int128 * uint64 on a lattice; about a nanosecond a product.
 ///
-/// The running sum is low + high * 2^64, two 128-bit integers that need no carry between them; `flush` moves
-/// it into the total, at least every 2^22 products of which |p| < 2^100. Of narrow products (p and f fit
-/// int64, p * f stays below 2^105) `low` alone is enough.
+/// The sum is low + high * 2^64, two 128-bit integers that need no carry between them. It has room for 2^23
+/// products of which |p| < 2^100. Of narrow products (p and f fit int64, p * f stays below 2^104) `low` alone
+/// is enough.
 template <bool kNarrow>
 class ProductSum {
  public:
@@ -32,15 +32,10 @@ class ProductSum {
       high_ += static_cast<Int128>(low >> 64) + Int128(static_cast<std::int64_t>(p >> 64)) * f;
     }
   }
-  void flush() {
-    total_ = total();
-    low_ = high_ = 0;
-  }
-  BigInteger total() const { return total_ + low_ + (BigInteger(high_) << 64); }
+  BigInteger total() const { return BigInteger(low_) + (BigInteger(high_) << 64); }
 
  private:
   Int128 low_ = 0, high_ = 0;
-  BigInteger total_ = 0;
 };
 
 /// m * 2^e, exactly.

@@ -96,7 +96,7 @@ class LatticeSum {
 
   void add_to(Totals& totals) const {
     for (unsigned sum = 0; sum < kSums; ++sum)
-      totals[sum] = totals[sum] + Dyadic{sums_[sum].total(), exponents_[sum]};
+      totals[sum] = totals[sum] + Dyadic{totals_[sum] + sums_[sum].total(), exponents_[sum]};
   }
 
  private:
@@ -105,34 +105,37 @@ class LatticeSum {
   void make_room(std::size_t addends) {
     pending_ += addends;
     if (pending_ <= kBlock) return;
-    for (auto& sum : sums_) sum.flush();
+    for (unsigned sum = 0; sum < kSums; ++sum) totals_[sum] += std::exchange(sums_[sum], {}).total();
     pending_ = addends;
   }
 
   void add_block(std::span<const Vertex> vertices, Tally& tally) {
     make_room(vertices.size());
+    auto sums = sums_;  // a copy that the compiler knows nobody else to read
     for (const Vertex& v : vertices) {
       const OctantProperties& weights = kOctants[v.mask];
       const std::array<std::uint64_t, 3> x{v.x, v.y, v.z};
       // At most 4 * 2^96, narrow 4 * 2^60.
       using Product = std::conditional_t<kNarrow, std::int64_t, Int128>;
       const Product volume = Product(weights.volume) * Product(x[0] * x[1]) * Product(x[2]);
-      sums_[kVolume].add(volume, 1);
+      sums[kVolume].add(volume, 1);
       for (unsigned a = 0; a < 3; ++a) {
         const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
-        sums_[kFirst + a].add(volume, x[a]);
-        sums_[kSecond + a].add(volume, x[a] * x[a]);
-        sums_[kSecond + 3 + a].add(volume, x[a] * x[b]);
-        sums_[kArea + a].add(weights.area[a], x[b] * x[c]);
-        sums_[kLength + a].add(weights.length[a], x[a]);
+        sums[kFirst + a].add(volume, x[a]);
+        sums[kSecond + a].add(volume, x[a] * x[a]);
+        sums[kSecond + 3 + a].add(volume, x[a] * x[b]);
+        sums[kArea + a].add(weights.area[a], x[b] * x[c]);
+        sums[kLength + a].add(weights.length[a], x[a]);
       }
       tally.extreme += weights.extreme;
       tally.extend({v.x, v.y, v.z}, {v.x, v.y, v.z});
     }
+    sums_ = sums;
     tally.vertices += vertices.size();
   }
 
   std::array<ProductSum<kNarrow>, kSums> sums_;
+  std::array<BigInteger, kSums> totals_;  // what sums_ had no more room for
   std::size_t pending_ = 0;
   std::array<int, kSums> exponents_;
 };
