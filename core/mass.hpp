@@ -21,11 +21,17 @@ struct MassProperties {
   double edge_length = 0;            ///< of the set of edge points: a non-manifold edge counts once
   std::array<double, 3> centroid{};  ///< zeros if the volume is zero
   std::array<std::array<double, 3>, 3> inertia{};  ///< about the centroid, unit density
+
+  friend bool operator==(const MassProperties&, const MassProperties&) = default;
 };
 
-/// Sums over the vertices of some region of the lattice, in integers relative to an origin (see MassSink).
-/// volume = sum of s*x*y*z is the region's volume, first[a] twice its first moment along axis a, second holds
-/// 3 * (xx, yy, zz) and 4 * (xy, yz, zx) moments; area and length are per axis as in OctantProperties.
+/// What a device has summed over one region of the lattice, in integers: lengths in ordinals, coordinates
+/// counted from an origin of its choice (see MassSink). The region's own integrals decide, however they were
+/// found:
+///   volume, and first[a] = 2 * integral of x_a, second = 3 * integrals of (xx, yy, zz) and
+///   4 * integrals of (xy, yz, zx), over the part of the union inside the region;
+///   area[a] of the faces normal to axis a and length[a] of the edges along axis a, as far as the region owns
+///   them (every part of the boundary belongs to one region, by whatever rule).
 struct LatticeSums {
   std::uint64_t vertices = 0, extreme = 0;
   std::int64_t volume = 0;
@@ -40,17 +46,18 @@ struct LatticeSums {
 /// fixed-point accumulators wide enough for every product on ranks.
 class MassSink : public VertexSink {
  public:
+  /// `axes` are those of the vertices to come; the sink keeps its own copy.
   explicit MassSink(Axes axes);
   ~MassSink() override;
   void add(std::span<const Vertex> vertices) override;
 
-  /// Adds what a device has summed over a closed region (its volume terms must be those of the union clipped
-  /// to the region) whose coordinates count from `origin`. All axes must be lattices. Thread-safe.
+  /// Adds what a device has summed over a region whose coordinates count from the ordinals `origin`. The
+  /// regions must not overlap, and all axes must be lattices (else Error(usage)). Thread-safe.
   void add(const LatticeSums& sums, const std::array<std::uint32_t, 3>& origin);
   /// Extends the bounds by ordinals that occur in the union; only needed beside LatticeSums. Thread-safe.
   void extend_bounds(const OrdinalBox& box);
 
-  /// The properties of everything added so far.
+  /// The properties of everything added so far. Not while another thread adds.
   MassProperties result() const;
 
  private:

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 namespace boxunion {
 
@@ -40,8 +41,26 @@ void parallel_sort(Iterator first, Iterator last, Less less = {}) {
   tbb::parallel_sort(first, last, less);
 }
 
-/// A T for each thread that asks, made from the arguments given: `local()` is the caller's own.
+/// One T for every thread that asks: a copy of `init`, or what it returns if it is a function.
 template <class T>
-using PerThread = tbb::enumerable_thread_specific<T>;
+class PerThread {
+ public:
+  template <class Init>
+  explicit PerThread(Init&& init) : values_(std::forward<Init>(init)) {}
+  /// This thread's own T.
+  T& local() { return values_.local(); }
+  /// Calls f(T&) for every T made so far; no thread may be in local() or writing to its T.
+  template <class F>
+  void for_each(F&& f) {
+    for (T& value : values_) f(value);
+  }
+  template <class F>
+  void for_each(F&& f) const {
+    for (const T& value : values_) f(value);
+  }
+
+ private:
+  tbb::enumerable_thread_specific<T> values_;
+};
 
 }  // namespace boxunion

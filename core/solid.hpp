@@ -1,9 +1,9 @@
 #pragma once
 
-#include <mutex>
 #include <vector>
 
 #include "core/axis.hpp"
+#include "core/parallel.hpp"
 #include "core/vertex.hpp"
 
 namespace boxunion {
@@ -18,12 +18,11 @@ struct Solid {
 class SolidSink : public VertexSink {
  public:
   void add(std::span<const Vertex> vertices) override;
-  /// The solid of everything added so far; leaves the sink empty.
+  /// The solid of everything added so far; leaves the sink empty. Not while another thread adds.
   Solid take(Axes axes);
 
  private:
-  std::mutex mutex_;
-  std::vector<std::vector<Vertex>> batches_;
+  PerThread<std::vector<Vertex>> vertices_{{}};
 };
 
 }  // namespace boxunion

@@ -1,0 +1,369 @@
+#include "core/mass.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <ranges>
+#include <utility>
+#include <variant>
+
+#include "core/error.hpp"
+#include "core/exact.hpp"
+#include "core/octants.hpp"
+#include "core/parallel.hpp"
+
+namespace boxunion {
+namespace {
+
+/// The sums of a union, each of weight * x^i * y^j * z^k over the vertices; kPowers holds (i, j, k).
+constexpr unsigned kVolume = 0, kFirst = 1, kSecond = 4, kArea = 10, kLength = 13, kSums = 16;
+constexpr auto kPowers = [] {
+  std::array<std::array<int, 3>, kSums> powers{};
+  powers[kVolume] = {1, 1, 1};
+  for (unsigned a = 0; a < 3; ++a) {
+    powers[kFirst + a] = powers[kSecond + a] = powers[kSecond + 3 + a] = powers[kArea + a] = {1, 1, 1};
+    powers[kFirst + a][a] = 2;
+    powers[kSecond + a][a] = 3;
+    powers[kSecond + 3 + a][a] = powers[kSecond + 3 + a][(a + 1) % 3] = 2;
+    powers[kArea + a][a] = 0;
+    powers[kLength + a][a] = 1;
+  }
+  return powers;
+}();
+using Totals = std::array<Dyadic, kSums>;
+
+/// The exponent of the product x^i * y^j * z^k of numbers with these exponents.
+constexpr int product_exponent(unsigned sum, const std::array<int, 3>& exponents) {
+  return kPowers[sum][0] * exponents[0] + kPowers[sum][1] * exponents[1] + kPowers[sum][2] * exponents[2];
+}
+
+/// Counts and bounds in ordinals.
+struct Tally {
+  std::uint64_t vertices = 0, extreme = 0;
+  std::array<std::uint32_t, 3> lo{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, hi{};
+
+  void extend(const std::array<std::uint32_t, 3>& low, const std::array<std::uint32_t, 3>& high) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      lo[axis] = std::min(lo[axis], low[axis]);
+      hi[axis] = std::max(hi[axis], high[axis]);
+    }
+  }
+  void join(const Tally& other) {
+    vertices += other.vertices;
+    extreme += other.extreme;
+    extend(other.lo, other.hi);
+  }
+};
+
+/// One thread's sums on three lattices, in ordinals. Narrow: every ordinal is below 2^20.
+template <bool kNarrow>
+class LatticeSum {
+ public:
+  static constexpr std::uint32_t kNarrowCount = 1u << 20;
+
+  explicit LatticeSum(const Axes& axes) {
+    for (unsigned sum = 0; sum < kSums; ++sum)
+      exponents_[sum] = product_exponent(sum, {axes[0].exponent(), axes[1].exponent(), axes[2].exponent()});
+  }
+
+  void add(std::span<const Vertex> vertices, Tally& tally) {
+    for (; vertices.size() > kBlock; vertices = vertices.subspan(kBlock))
+      add_block(vertices.first(kBlock), tally);
+    add_block(vertices, tally);
+  }
+
+  // Moves the origin of the region's moments to ordinal 0: x becomes x + o in 2x, 3xx and 4xy.
+  void add(const LatticeSums& region, const std::array<std::uint32_t, 3>& origin) {
+    make_room(1);
+    const Int128 volume = region.volume;
+    sums_[kVolume].add(volume, 1);
+    for (unsigned a = 0; a < 3; ++a) {
+      const unsigned b = (a + 1) % 3;
+      const std::uint64_t oa = origin[a], ob = origin[b];
+      sums_[kFirst + a].add(region.first[a], 1);
+      sums_[kFirst + a].add(2 * volume, oa);
+      sums_[kSecond + a].add(region.second[a], 1);
+      sums_[kSecond + a].add(region.first[a], 3 * oa);
+      sums_[kSecond + a].add(3 * volume, oa * oa);
+      sums_[kSecond + 3 + a].add(region.second[3 + a], 1);
+      sums_[kSecond + 3 + a].add(region.first[a], 2 * ob);
+      sums_[kSecond + 3 + a].add(region.first[b], 2 * oa);
+      sums_[kSecond + 3 + a].add(4 * volume, oa * ob);
+      sums_[kArea + a].add(region.area[a], 1);
+      sums_[kLength + a].add(region.length[a], 1);
+    }
+  }
+
+  void add_to(Totals& totals) const {
+    for (unsigned sum = 0; sum < kSums; ++sum)
+      totals[sum] = totals[sum] + Dyadic{totals_[sum] + sums_[sum].total(), exponents_[sum]};
+  }
+
+ private:
+  static constexpr std::uint32_t kBlock = 1u << 20;
+
+  void make_room(std::size_t addends) {
+    pending_ += addends;
+    if (pending_ <= kBlock) return;
+    for (unsigned sum = 0; sum < kSums; ++sum) totals_[sum] += std::exchange(sums_[sum], {}).total();
+    pending_ = addends;
+  }
+
+  void add_block(std::span<const Vertex> vertices, Tally& tally) {
+    make_room(vertices.size());
+    auto sums = sums_;  // a copy that the compiler knows nobody else to read
+    for (const Vertex& v : vertices) {
+      const OctantProperties& weights = kOctants[v.mask];
+      const std::array<std::uint64_t, 3> x{v.x, v.y, v.z};
+      // At most 4 * 2^96, narrow 4 * 2^60.
+      using Product = std::conditional_t<kNarrow, std::int64_t, Int128>;
+      const Product volume = Product(weights.volume) * Product(x[0] * x[1]) * Product(x[2]);
+      sums[kVolume].add(volume, 1);
+      for (unsigned a = 0; a < 3; ++a) {
+        const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
+        sums[kFirst + a].add(volume, x[a]);
+        sums[kSecond + a].add(volume, x[a] * x[a]);
+        sums[kSecond + 3 + a].add(volume, x[a] * x[b]);
+        sums[kArea + a].add(weights.area[a], x[b] * x[c]);
+        sums[kLength + a].add(weights.length[a], x[a]);
+      }
+      tally.extreme += weights.extreme;
+      tally.extend({v.x, v.y, v.z}, {v.x, v.y, v.z});
+    }
+    sums_ = sums;
+    tally.vertices += vertices.size();
+  }
+
+  std::array<ProductSum<kNarrow>, kSums> sums_;
+  std::array<BigInteger, kSums> totals_;  // what sums_ had no more room for
+  std::size_t pending_ = 0;
+  std::array<int, kSums> exponents_;
+};
+
+/// A coordinate as +-magnitude * 2^exponent; magnitude < 2^54.
+struct Significand {
+  std::uint64_t magnitude;
+  bool negative;
+  int exponent;
+};
+
+/// Any axis as significands, and the range of their exponents.
+class SignificandAxis {
+ public:
+  explicit SignificandAxis(const Axis& axis) : axis_(axis) {
+    least_ = greatest_ = axis.is_lattice() ? axis.exponent() : 0;
+    if (axis.is_lattice() || axis.count() == 0) return;
+    // Coordinates ascend, so the extreme exponents are at both ends and on both sides of zero.
+    const auto ordinals = std::views::iota(std::uint32_t(1), axis.count() + 1);
+    const std::uint32_t after_negative = *std::ranges::partition_point(
+        ordinals, [&](std::uint32_t ordinal) { return axis.coordinate(ordinal) < 0; });
+    int least = std::numeric_limits<int>::max(), greatest = std::numeric_limits<int>::min();
+    for (const std::uint32_t ordinal :
+         {std::uint32_t(1), after_negative - 1, after_negative, after_negative + 1, axis.count()}) {
+      if (ordinal < 1 || ordinal > axis.count() || axis.coordinate(ordinal) == 0) continue;
+      const int exponent = (*this)[ordinal].exponent;
+      least = std::min(least, exponent);
+      greatest = std::max(greatest, exponent);
+    }
+    if (least <= greatest) {
+      least_ = least;
+      greatest_ = greatest;
+    }
+  }
+
+  int least_exponent() const { return least_; }
+  int greatest_exponent() const { return greatest_; }
+
+  Significand operator[](std::uint32_t ordinal) const {
+    if (axis_.is_lattice()) {
+      const std::int64_t steps = axis_.base() + ordinal;
+      return {static_cast<std::uint64_t>(steps < 0 ? -steps : steps), steps < 0, axis_.exponent()};
+    }
+    const auto bits = std::bit_cast<std::uint64_t>(axis_.coordinate(ordinal));
+    const std::uint64_t fraction = bits & ((std::uint64_t(1) << 52) - 1);
+    const int biased = static_cast<int>(bits >> 52 & 0x7ff);
+    const bool negative = bits >> 63;
+    if (biased > 0) return {fraction | std::uint64_t(1) << 52, negative, biased - 1075};
+    if (fraction > 0) return {fraction, negative, -1074};
+    return {0, false, least_};  // zero has no exponent of its own
+  }
+
+ private:
+  const Axis& axis_;
+  int least_, greatest_;
+};
+
+/// One thread's sums on any axes, in coordinates.
+class GeneralSum {
+ public:
+  explicit GeneralSum(const Axes& axes)
+      : axes_{SignificandAxis(axes[0]), SignificandAxis(axes[1]), SignificandAxis(axes[2])} {
+    const std::array<int, 3> least{axes_[0].least_exponent(), axes_[1].least_exponent(),
+                                   axes_[2].least_exponent()};
+    const std::array<int, 3> greatest{axes_[0].greatest_exponent(), axes_[1].greatest_exponent(),
+                                      axes_[2].greatest_exponent()};
+    for (unsigned sum = 0; sum < kSums; ++sum) {
+      const auto factors = static_cast<std::size_t>(kPowers[sum][0] + kPowers[sum][1] + kPowers[sum][2]);
+      sums_.emplace_back(product_exponent(sum, least), product_exponent(sum, greatest), factors);
+    }
+  }
+
+  void add(std::span<const Vertex> vertices, Tally& tally) {
+    for (const Vertex& v : vertices) {
+      const OctantProperties& weights = kOctants[v.mask];
+      const std::array<Significand, 3> x{axes_[0][v.x], axes_[1][v.y], axes_[2][v.z]};
+      if (weights.volume != 0) add_volume(weights.volume, x);
+      for (unsigned a = 0; a < 3; ++a) {
+        const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
+        if (weights.area[a] != 0)
+          sums_[kArea + a].add(weighted(weights.area[a], x[b]) * x[c].magnitude,
+                               (weights.area[a] < 0) != (x[b].negative != x[c].negative),
+                               x[b].exponent + x[c].exponent);
+        if (weights.length[a] != 0)
+          sums_[kLength + a].add(weighted(weights.length[a], x[a]), (weights.length[a] < 0) != x[a].negative,
+                                 x[a].exponent);
+      }
+      tally.extreme += weights.extreme;
+      tally.extend({v.x, v.y, v.z}, {v.x, v.y, v.z});
+    }
+    tally.vertices += vertices.size();
+  }
+
+  void add(const LatticeSums&, const std::array<std::uint32_t, 3>&) {
+    throw Error(ErrorKind::usage, "sums of a region need three lattice axes");
+  }
+
+  void add_to(Totals& totals) const {
+    for (unsigned sum = 0; sum < kSums; ++sum) totals[sum] = totals[sum] + sums_[sum].total();
+  }
+
+ private:
+  // Weights are at most 4, so one word still holds the product.
+  static Words<1> weighted(int weight, const Significand& x) {
+    return {static_cast<std::uint64_t>(weight < 0 ? -weight : weight) * x.magnitude};
+  }
+
+  void add_volume(int weight, const std::array<Significand, 3>& x) {
+    const Words<3> volume = weighted(weight, x[0]) * x[1].magnitude * x[2].magnitude;
+    const bool negative = (weight < 0) != ((x[0].negative != x[1].negative) != x[2].negative);
+    const int exponent = x[0].exponent + x[1].exponent + x[2].exponent;
+    sums_[kVolume].add(volume, negative, exponent);
+    for (unsigned a = 0; a < 3; ++a) {
+      const unsigned b = (a + 1) % 3;
+      const Words<4> first = volume * x[a].magnitude;
+      const bool first_negative = negative != x[a].negative;
+      const int first_exponent = exponent + x[a].exponent;
+      sums_[kFirst + a].add(first, first_negative, first_exponent);
+      sums_[kSecond + a].add(first * x[a].magnitude, negative, first_exponent + x[a].exponent);
+      sums_[kSecond + 3 + a].add(first * x[b].magnitude, first_negative != x[b].negative,
+                                 first_exponent + x[b].exponent);
+    }
+  }
+
+  std::array<SignificandAxis, 3> axes_;
+  std::vector<FixedPointSum> sums_;
+};
+
+/// One thread's share of everything.
+template <class Sum>
+struct Share {
+  Sum sum;
+  Tally tally;
+};
+
+template <class Sum>
+using Shares = PerThread<Share<Sum>>;
+using AnyShares = std::variant<Shares<LatticeSum<true>>, Shares<LatticeSum<false>>, Shares<GeneralSum>>;
+
+AnyShares make_shares(const Axes& axes) {
+  const auto all = [&](auto&& test) { return std::all_of(axes.begin(), axes.end(), test); };
+  const auto shares = [&]<class Sum>(std::in_place_type_t<Sum>) {
+    return AnyShares(std::in_place_type<Shares<Sum>>, Share<Sum>{Sum(axes), {}});
+  };
+  if (!all([](const Axis& axis) { return axis.is_lattice(); })) return shares(std::in_place_type<GeneralSum>);
+  if (!all([](const Axis& axis) { return axis.count() < LatticeSum<true>::kNarrowCount; }))
+    return shares(std::in_place_type<LatticeSum<false>>);
+  return shares(std::in_place_type<LatticeSum<true>>);
+}
+
+}  // namespace
+
+struct MassSink::Sums {
+  explicit Sums(Axes a) : axes(std::move(a)), shares(make_shares(axes)) {}
+  Axes axes;
+  AnyShares shares;
+};
+
+MassSink::MassSink(Axes axes) : sums_(std::make_unique<Sums>(std::move(axes))) {}
+MassSink::~MassSink() = default;
+
+void MassSink::add(std::span<const Vertex> vertices) {
+  std::visit(
+      [&](auto& shares) {
+        auto& mine = shares.local();
+        mine.sum.add(vertices, mine.tally);
+      },
+      sums_->shares);
+}
+
+void MassSink::add(const LatticeSums& sums, const std::array<std::uint32_t, 3>& origin) {
+  std::visit(
+      [&](auto& shares) {
+        auto& mine = shares.local();
+        mine.sum.add(sums, origin);
+        mine.tally.vertices += sums.vertices;
+        mine.tally.extreme += sums.extreme;
+      },
+      sums_->shares);
+}
+
+void MassSink::extend_bounds(const OrdinalBox& box) {
+  std::visit([&](auto& shares) { shares.local().tally.extend(box.lo, box.hi); }, sums_->shares);
+}
+
+MassProperties MassSink::result() const {
+  const Axes& axes = sums_->axes;
+  Totals totals;
+  Tally tally;
+  std::visit(
+      [&](const auto& shares) {
+        shares.for_each([&](const auto& share) {
+          share.sum.add_to(totals);
+          tally.join(share.tally);
+        });
+      },
+      sums_->shares);
+
+  MassProperties p;
+  p.vertices = tally.vertices;
+  p.extreme_vertices = tally.extreme;
+  for (unsigned a = 0; a < 3; ++a)
+    if (tally.lo[a] <= tally.hi[a])
+      p.bounds[0][a] = axes[a].coordinate(tally.lo[a]), p.bounds[1][a] = axes[a].coordinate(tally.hi[a]);
+  p.volume = round_to_double(totals[kVolume]);
+  p.area = round_to_double(totals[kArea] + totals[kArea + 1] + totals[kArea + 2]);
+  p.edge_length = round_to_double(totals[kLength] + totals[kLength + 1] + totals[kLength + 2]);
+
+  // The integrals of x and so on are first / 2, second / 3 (xx) and second / 4 (xy). Lattice sums count from
+  // coordinate base, which moves the centroid and nothing else.
+  const Dyadic& volume = totals[kVolume];
+  if (volume.m == 0) return p;
+  const bool lattice = !std::holds_alternative<Shares<GeneralSum>>(sums_->shares);
+  const Dyadic* first = &totals[kFirst];
+  const Dyadic* second = &totals[kSecond];
+  for (unsigned a = 0; a < 3; ++a) {
+    const Dyadic base = lattice ? Dyadic{axes[a].base(), axes[a].exponent()} : Dyadic{};
+    p.centroid[a] = round_quotient(first[a] + 2 * (base * volume), 2 * volume);
+
+    // About the centroid: xx = second / 3 - (first / 2)^2 / volume, and likewise xy.
+    const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
+    p.inertia[a][a] = round_quotient(
+        4 * (volume * (second[b] + second[c])) - 3 * (first[b] * first[b] + first[c] * first[c]),
+        12 * volume);
+    p.inertia[a][b] = p.inertia[b][a] =
+        round_quotient(first[a] * first[b] - volume * second[3 + a], 4 * volume);
+  }
+  return p;
+}
+
+}  // namespace boxunion

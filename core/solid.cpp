@@ -1,0 +1,25 @@
+#include "core/solid.hpp"
+
+#include <utility>
+
+namespace boxunion {
+
+void SolidSink::add(std::span<const Vertex> vertices) {
+  std::vector<Vertex>& mine = vertices_.local();
+  mine.insert(mine.end(), vertices.begin(), vertices.end());
+}
+
+Solid SolidSink::take(Axes axes) {
+  std::size_t count = 0;
+  vertices_.for_each([&](const std::vector<Vertex>& part) { count += part.size(); });
+  Solid solid{std::move(axes), {}};
+  solid.vertices.reserve(count);
+  vertices_.for_each([&](std::vector<Vertex>& part) {
+    solid.vertices.insert(solid.vertices.end(), part.begin(), part.end());
+    part = {};  // gives its memory back at once
+  });
+  parallel_sort(solid.vertices.begin(), solid.vertices.end());
+  return solid;
+}
+
+}  // namespace boxunion

@@ -1,0 +1,130 @@
+#include "core/axis.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "generators.hpp"
+
+namespace boxunion {
+namespace {
+
+/// The x axis of boxes between each coordinate and the greatest one.
+Axis axis_of(const std::vector<double>& coordinates) {
+  const double most = *std::max_element(coordinates.begin(), coordinates.end());
+  std::vector<Box> boxes;
+  for (const double x : coordinates) boxes.push_back({x, 0, 0, most, 1, 1});
+  return make_axes(boxes)[0];
+}
+
+void expect_lattice(const std::vector<double>& coordinates, int exponent, std::uint32_t count) {
+  const Axis axis = axis_of(coordinates);
+  ASSERT_TRUE(axis.is_lattice());
+  EXPECT_EQ(axis.exponent(), exponent);
+  EXPECT_EQ(axis.count(), count);
+  for (const double x : coordinates) EXPECT_EQ(axis.coordinate(axis.ordinal(x)), x);
+}
+
+void expect_rank(const std::vector<double>& coordinates) {
+  const Axis axis = axis_of(coordinates);
+  ASSERT_FALSE(axis.is_lattice());
+  for (const double x : coordinates) EXPECT_EQ(axis.coordinate(axis.ordinal(x)), x);
+}
+
+TEST(Axis, LatticeIsTheCoarsestPowerOfTwo) {
+  expect_lattice({0, 1, 5}, 0, 6);
+  expect_lattice({0, 8, 24}, 3, 4);
+  expect_lattice({8, 12}, 2, 2);
+  expect_lattice({-0.5, 0.25, 3}, -2, 15);
+  expect_lattice({-0.0, 0.0}, 0, 1);
+}
+
+TEST(Axis, LatticeReachesEveryExponent) {
+  expect_lattice({std::ldexp(1.0, 1000)}, 1000, 1);
+  expect_lattice({-0x1p1023, 0x1p1023}, 1023, 3);
+  expect_lattice({-1.7976931348623157e308}, 971, 1);
+  expect_lattice({5e-324}, -1074, 1);
+  expect_lattice({-5e-324, 0, 5e-324, 50e-324}, -1074, 12);
+  expect_lattice({0x1.8p-1060, 0x1p-1050}, -1061, 2046);
+  expect_lattice({9007199254740991, 9007199254740992, 9007199254740994}, 0, 4);
+}
+
+TEST(Axis, LatticeHasRoomForAllButTwoOrdinals) {
+  expect_lattice({0, 1, 4294967293.0}, 0, 0xfffffffeu);
+  expect_lattice({-2147483647.0, 2147483646.0}, 0, 0xfffffffeu);
+  expect_rank({0, 1, 4294967294.0});
+  expect_rank({-2147483647.0, 2147483647.0});
+}
+
+TEST(Axis, CoordinatesFarApartAreRanked) {
+  expect_rank({1e-300, 1e300});
+  expect_rank({-1.7976931348623157e308, 5e-324, 1.7976931348623157e308});
+  expect_rank({0.1, 1e15 + 0.1, -0.0, -3});
+  expect_rank({1, 1 / 3., 5e-324});
+}
+
+TEST(Axis, IntegersMakeLatticesOverTheirWholeRange) {
+  constexpr std::int32_t least = -2147483647 - 1, most = 2147483645;
+  const Axes axes = make_axes(std::vector<IntegerBox>{{least, -6, 0, most, 6, 0}, {0, -3, 0, 1, 0, 0}});
+  EXPECT_EQ(axes[0].count(), 0xfffffffeu);
+  EXPECT_EQ(axes[0].coordinate(1), least);
+  EXPECT_EQ(axes[0].ordinal(most), 0xfffffffeu);
+  EXPECT_EQ(axes[1].count(), 13u);
+  EXPECT_EQ(axes[2].count(), 1u);
+  EXPECT_FALSE(make_axes(std::vector<IntegerBox>{{least, 0, 0, 2147483647, 1, 1}})[0].is_lattice());
+}
+
+TEST(Axis, AxesAreApart) {
+  const Axes axes = make_axes(std::vector<Box>{{0, 0.5, 1e-300, 4, 1, 1e300}});
+  EXPECT_EQ(axes[0].exponent(), 2);
+  EXPECT_EQ(axes[1].exponent(), -1);
+  EXPECT_FALSE(axes[2].is_lattice());
+}
+
+TEST(Axis, NoBoxesHaveNoOrdinals) {
+  for (const Axis& axis : make_axes(BoxSet{})) EXPECT_EQ(axis.count(), 0u);
+  for (const Axis& axis : make_rank_axes(BoxSet{})) EXPECT_EQ(axis.count(), 0u);
+}
+
+/// Ordinals keep the order of the coordinates and give them back.
+void check_axes(const std::vector<Box>& boxes, const Axes& axes) {
+  for (unsigned a = 0; a < 3; ++a) {
+    std::set<double> coordinates;
+    for (const Box& box : boxes) coordinates.insert({box[a], box[a + 3]});
+    std::uint32_t last = Axis::kOrdinalMin;
+    for (const double x : coordinates) {
+      const std::uint32_t ordinal = axes[a].ordinal(x);
+      RC_ASSERT(axes[a].coordinate(ordinal) == x);
+      RC_ASSERT(last < ordinal);
+      last = ordinal;
+    }
+    RC_ASSERT(axes[a].count() == last);
+  }
+}
+
+RC_GTEST_PROP(Axis, OrdinalsAreExactAndOrdered, ()) {
+  const std::vector<Box> boxes =
+      *rc::gen::oneOf(boxes_from(small_integer()), boxes_from(decimal()), boxes_from(nasty_coordinate()));
+  check_axes(boxes, make_axes(boxes));
+  check_axes(boxes, make_rank_axes(boxes));
+}
+
+TEST(Axis, OrdinalBoxesKeepTheirOrderAndDropDegenerateOnes) {
+  std::vector<IntegerBox> boxes;
+  std::vector<OrdinalBox> expected;
+  for (std::int32_t i = 0; i < 100'000; ++i) {  // several chunks
+    boxes.push_back({i, 0, 0, i + i % 3, 1, 1});
+    const auto x = static_cast<std::uint32_t>(i + 1);
+    if (i % 3 != 0) expected.push_back({{x, 1, 1}, {x + x % 3 - 1 + (x % 3 == 0) * 3, 2, 2}});
+  }
+  const Axes axes = make_axes(boxes);
+  const std::vector<OrdinalBox> result = ordinal_boxes(boxes, axes);
+  ASSERT_EQ(result.size(), expected.size());
+  EXPECT_TRUE(result == expected);
+  EXPECT_TRUE(ordinal_boxes(boxes, make_rank_axes(boxes)).size() == expected.size());
+}
+
+}  // namespace
+}  // namespace boxunion
