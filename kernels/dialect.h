@@ -8,7 +8,7 @@
 //   KERNEL_LOCALS
 //   SHARED(u32, scratch, 32)                                          memory of one work unit
 //   KERNEL_BODY
-//     if (UNIT >= p.count) return;                                    uniform over the unit
+//     if (UNIT >= p.count) return;                                    more units may run than were asked for
 //     LANES(i, 32u) scratch[i] = ...;                                 a loop shared by the unit's lanes
 //     SYNC;
 //     ONE_LANE total[0] += ...;
@@ -18,7 +18,7 @@
 // UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
 // thread: there LANES is a plain loop, SHARED an array of the thread's own and SYNC nothing.
 // What all three languages allow: u32, i32, u64 and bool; explicit conversions U32(x), U64(x), I32(x); min and max
-// of equal types; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
+// of u32; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
 #ifndef BOXUNION_DIALECT_H
 #define BOXUNION_DIALECT_H
 
@@ -85,30 +85,33 @@
 #define ATOMIC_ADD(target, value) atomic_add(&(target), value)
 #define ATOMIC_OR(target, value) atomic_or(&(target), value)
 
-#else // C++20: include <algorithm>, <bit> and <cstdint> first; the text is compiled inside a namespace
+#else // C++20, compiled inside a namespace that has defined first_counter (see cmake/kernel_native.cpp.in)
+// Builtins instead of <bit>: the linker could keep the copy of a standard inline function that was compiled for
+// a newer CPU than the one it runs on.
 #define SERIAL
 using u32 = std::uint32_t;
 using i32 = std::int32_t;
 using u64 = std::uint64_t;
 using i64 = std::int64_t;
-using std::max;
-using std::min;
 #define U32(x) static_cast<u32>(x)
 #define I32(x) static_cast<i32>(x)
 #define U64(x) static_cast<u64>(x)
 #define FN static inline
+FN u32 min(const u32 a, const u32 b) { return a < b ? a : b; }
+FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define PARAMETERS_BEGIN struct Parameters {
 #define PARAMETERS_END };
 #define KERNEL(name) static inline void name(void *const *const buffers_, const Parameters &p, const u32 UNIT) {
-#define IN(binding, T, name) const T *__restrict const name = static_cast<const T *>(buffers_[binding]);
-#define OUT(binding, T, name) T *__restrict const name = static_cast<T *>(buffers_[binding]);
+#define CHECK_BINDING(binding) static_assert(binding == __COUNTER__ - first_counter, "bindings go 0, 1, 2, ...");
+#define IN(binding, T, name) CHECK_BINDING(binding) const T *__restrict const name = static_cast<const T *>(buffers_[binding]);
+#define OUT(binding, T, name) CHECK_BINDING(binding) T *__restrict const name = static_cast<T *>(buffers_[binding]);
 #define INOUT(binding, T, name) OUT(binding, T, name)
 #define KERNEL_LOCALS
 #define KERNEL_BODY
 #define KERNEL_END }
-#define POPCOUNT(x) U32(std::popcount(x))
-#define LOWEST_BIT(x) U32(std::countr_zero(x))
-#define HIGHEST_BIT(x) (31u - U32(std::countl_zero(x)))
+#define POPCOUNT(x) U32(__builtin_popcount(x))
+#define LOWEST_BIT(x) U32(__builtin_ctz(x))
+#define HIGHEST_BIT(x) (31u - U32(__builtin_clz(x)))
 #define GLOBAL_FETCH_ADD(old, target, value) const u32 old = __atomic_fetch_add(&(target), value, __ATOMIC_RELAXED)
 #endif
 

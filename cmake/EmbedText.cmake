@@ -1,0 +1,16 @@
+# cmake -DFILES=a;b -DOUTPUT=file -P EmbedText.cmake: the files, one after the other, as C++ string literals.
+# Compilers limit the length of one literal, hence pieces. #line keeps the names that build logs show.
+set(literals "")
+foreach(file IN LISTS FILES)
+  file(READ ${file} text)
+  get_filename_component(name ${file} NAME)
+  string(PREPEND text "#line 1 \"${name}\"\n")
+  string(LENGTH "${text}" length)
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${text}" ${at} 8000 piece)
+    string(APPEND literals "R\"~~(${piece})~~\"\n")
+    math(EXPR at "${at} + 8000")
+  endwhile()
+endforeach()
+file(WRITE ${OUTPUT} "${literals}")

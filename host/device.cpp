@@ -1,0 +1,181 @@
+#include "host/device.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <map>
+
+#include "core/error.hpp"
+#include "host/backend.hpp"
+
+namespace boxunion {
+
+Pages allocate_pages(std::size_t bytes) {
+  void* memory = std::aligned_alloc(page_bytes, round_up(bytes, page_bytes));
+  if (memory == nullptr) throw Error(ErrorKind::resources, fmt::format("cannot allocate {} bytes", bytes));
+  return Pages(static_cast<std::byte*>(memory), &std::free);
+}
+
+void check_allocation(const DeviceInfo& info, std::size_t bytes) {
+  if (bytes > info.max_buffer_bytes)
+    throw Error(ErrorKind::resources,
+                fmt::format("{}: a buffer of {} bytes is more than the {} that it allows", info.id, bytes,
+                            info.max_buffer_bytes));
+}
+
+void check_workgroup(const DeviceInfo& info, Shape shape, std::uint32_t workgroup) {
+  // a CPU runs the work-items of a group on one thread, whose stack holds the private memory of all of them
+  const std::uint32_t most =
+      shape == Shape::item && info.is_cpu ? std::min(64u, info.max_workgroup) : info.max_workgroup;
+  if (workgroup == 0 || workgroup > most)
+    throw Error(ErrorKind::device,
+                fmt::format("{}: workgroups have 1 to {} work-items, not {}", info.id, most, workgroup));
+}
+
+void check_dispatch(const KernelSource& source, std::size_t buffers, std::size_t parameter_bytes,
+                    std::uint32_t units) {
+  if (buffers != source.buffers || parameter_bytes != source.parameter_bytes)
+    throw Error(ErrorKind::device,
+                fmt::format("kernel {} takes {} buffers and {} bytes of parameters, not {} and {}",
+                            source.name, source.buffers, source.parameter_bytes, buffers, parameter_bytes));
+  // the last workgroup may reach past the units, and its index must not wrap
+  if (units > 0x7fffffffu)
+    throw Error(ErrorKind::resources, fmt::format("kernel {}: {} units in one dispatch", source.name, units));
+}
+
+bool environment_flag(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0' && std::string_view(value) != "0";
+}
+
+#ifndef BOXUNION_HAVE_OPENCL
+std::vector<DeviceInfo> list_opencl(std::vector<std::string>& notes) {
+  notes.push_back("OpenCL: not built in");
+  return {};
+}
+std::unique_ptr<Device> open_opencl(std::size_t, ZeroCopy) {
+  return nullptr;
+}
+#endif
+
+#ifndef BOXUNION_HAVE_VULKAN
+std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
+  notes.push_back("Vulkan: not built in");
+  return {};
+}
+std::unique_ptr<Device> open_vulkan(std::size_t, ZeroCopy) {
+  return nullptr;
+}
+#endif
+
+namespace {
+
+/// A device that fails at the n-th call of one of its members, for tests of what happens then.
+class FailingDevice final : public Device {
+ public:
+  FailingDevice(std::unique_ptr<Device> device, std::string call, int count)
+      : device_(std::move(device)), call_(std::move(call)), countdown_(count) {}
+
+  const DeviceInfo& info() const override { return device_->info(); }
+  std::unique_ptr<Buffer> allocate(std::size_t bytes) override {
+    count("allocate");
+    return device_->allocate(bytes);
+  }
+  void upload(Buffer& buffer, std::size_t bytes) override {
+    count("upload");
+    device_->upload(buffer, bytes);
+  }
+  void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
+    count("download");
+    device_->download(buffer, offset, bytes);
+  }
+  void clear(Buffer& buffer, std::size_t bytes) override {
+    count("clear");
+    device_->clear(buffer, bytes);
+  }
+  std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
+    count("load");
+    return device_->load(source, shape, workgroup);
+  }
+  void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
+                std::uint32_t units) override {
+    count("dispatch");
+    device_->dispatch(kernel, buffers, parameters, units);
+  }
+  void wait() override {
+    count("wait");
+    device_->wait();
+  }
+  double kernel_seconds() const override { return device_->kernel_seconds(); }
+
+ private:
+  void count(std::string_view call) {
+    if (call == call_ && --countdown_ == 0)
+      throw Error(ErrorKind::device, fmt::format("{}: injected failure of {}", info().id, call));
+  }
+
+  std::unique_ptr<Device> device_;
+  std::string call_;
+  int countdown_;
+};
+
+std::unique_ptr<Device> with_injected_failure(std::unique_ptr<Device> device) {
+  const char* value = std::getenv("BOXUNION_FAIL_DEVICE");
+  if (value == nullptr || *value == '\0') return device;
+  const std::string_view text(value);
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string_view call = text.substr(0, colon), number = text.substr(std::min(colon + 1, text.size()));
+  int count = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count);
+  if (error != std::errc() || end != number.data() + number.size() || count < 1)
+    throw Error(ErrorKind::usage, fmt::format("BOXUNION_FAIL_DEVICE={}: expected a call and a number from 1, "
+                                              "for example dispatch:3",
+                                              text));
+  return std::make_unique<FailingDevice>(std::move(device), std::string(call), count);
+}
+
+/// The device called `id`; throws Error(device) if there is none.
+DeviceInfo find_device(const std::string& id) {
+  std::vector<std::string> notes;
+  const std::vector<DeviceInfo> devices = list_devices(&notes);
+  if (id == "auto") {
+    for (const DeviceInfo& device : devices)
+      if (!device.is_cpu) return device;
+    return devices.front();
+  }
+  std::string known;
+  for (const DeviceInfo& device : devices) {
+    if (device.id == id || device.id == id + ":0") return device;
+    known += (known.empty() ? "" : ", ") + device.id;
+  }
+  std::string message = fmt::format("no device '{}'; there are: {}", id, known);
+  for (const std::string& note : notes) message += "; " + note;
+  throw Error(ErrorKind::device, message);
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices(std::vector<std::string>* notes) {
+  std::vector<std::string> ignored;
+  std::vector<std::string>& lines = notes != nullptr ? *notes : ignored;
+  std::vector<DeviceInfo> devices{describe_native()};
+  for (DeviceInfo& device : list_opencl(lines)) devices.push_back(std::move(device));
+  for (DeviceInfo& device : list_vulkan(lines)) devices.push_back(std::move(device));
+  return devices;
+}
+
+std::unique_ptr<Device> open_device(const std::string& id, ZeroCopy zero_copy) {
+  if (id == "native") return open_native();  // needs no driver, so wakes none
+  const std::string found = find_device(id).id;
+  if (found == "native") return open_native();
+  const std::size_t colon = found.find(':');
+  const std::size_t index = std::stoul(found.substr(colon + 1));
+  return with_injected_failure(found.starts_with("opencl") ? open_opencl(index, zero_copy)
+                                                           : open_vulkan(index, zero_copy));
+}
+
+std::unique_ptr<Device> open_device(const std::string& id) {
+  return open_device(id, ZeroCopy::where_possible);
+}
+
+}  // namespace boxunion
