@@ -41,10 +41,11 @@ void parallel_sort(Iterator first, Iterator last, Less less = {}) {
   tbb::parallel_sort(first, last, less);
 }
 
-/// One T for every thread that asks: a copy of `init`, or what it returns if it is a function.
+/// One T for every thread that asks: T{}, a copy of `init`, or what it returns if it is a function.
 template <class T>
 class PerThread {
  public:
+  PerThread() = default;
   template <class Init>
   explicit PerThread(Init&& init) : values_(std::forward<Init>(init)) {}
   /// This thread's own T.

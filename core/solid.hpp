@@ -22,7 +22,7 @@ class SolidSink : public VertexSink {
   Solid take(Axes axes);
 
  private:
-  PerThread<std::vector<Vertex>> vertices_{{}};
+  PerThread<std::vector<Vertex>> vertices_;
 };
 
 }  // namespace boxunion

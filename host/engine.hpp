@@ -20,7 +20,7 @@ enum class Method { slices };
 
 /// How kernels are launched; never changes a result. Zero or empty: what suits the device.
 struct Tuning {
-  std::optional<Shape> shape;
+  std::optional<Shape> shape{};
   std::uint32_t workgroup = 0;
   std::uint32_t tile_coordinates = 0;  ///< slices: distinct coordinates an axis of a tile, at most 31
 };
@@ -30,12 +30,12 @@ struct Options {
   Method method = Method::slices;
   std::string device = "auto";  ///< see open_device
   int threads = 0;              ///< threads of the host, 0 for one per core
-  Tuning tuning;
+  Tuning tuning{};
 
   /// Called now and then, from any thread, with the fraction of the work that is done (0 to 1).
-  std::function<void(double)> progress;
+  std::function<void(double)> progress{};
   /// Called with one line for the user, for example when a batch fails on the device and runs natively.
-  std::function<void(const std::string&)> warn;
+  std::function<void(const std::string&)> warn{};
   /// Where this becomes true the run ends soon with Error(interrupted).
   const std::atomic<bool>* interrupted = nullptr;
 };
