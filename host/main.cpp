@@ -53,11 +53,11 @@ class CommandLine {
     common_.interrupted = &interrupted;
     app_.set_version_flag("--version", "boxunion " BOXUNION_VERSION);
     app_.require_subcommand(1);
-    app_.footer(kExamples);
     add_measure();
     add_boundary();
     add_generate();
     add_devices();
+    app_.footer(kExamples);  // last: subcommands inherit what is there before them
   }
 
   int run(int argc, const char* const* argv) {

@@ -39,11 +39,16 @@ OutputFile::OutputFile(std::string path, const std::atomic<bool>* interrupted)
     if (!S_ISREG(existing.st_mode)) cannot_create(path_, "it exists and is not a regular file");
     if (::access(target_.c_str(), W_OK) != 0) cannot_create(path_, std::generic_category().message(errno));
   }
+  const std::filesystem::path folder = std::filesystem::path(target_).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
+    cannot_create(
+        path_, fmt::format("{} {}", folder.string(),
+                           std::filesystem::exists(folder, ignored) ? "is not a folder" : "does not exist"));
   buffer_.reserve(kBufferBytes);
   for (int attempt = 0; file_ < 0; ++attempt) {
     temporary_ = fmt::format("{}.{}-{}.partial", target_, ::getpid(), attempt);
     file_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file_ < 0 && errno == ENOENT) cannot_create(path_, "its folder does not exist");
     if (file_ < 0 && errno != EEXIST) cannot_create(path_, std::generic_category().message(errno));
   }
 }
