@@ -1,3 +1,5 @@
+#include "host/command.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <tbb/task_arena.h>
@@ -7,7 +9,6 @@
 #include <span>
 #include <utility>
 
-#include "host/command.hpp"
 #include "host/command_output.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"

@@ -61,7 +61,7 @@ void print(std::string_view text) {
 }
 
 void warn(std::string_view text) {
-  fmt::print(stderr, "boxunion: warning: {}\n", text);
+  std::fputs(fmt::format("boxunion: warning: {}\n", text).c_str(), stderr);
 }
 
 ProgressBar::ProgressBar(bool quiet) : visible_(!quiet && ::isatty(STDERR_FILENO)) {}
@@ -74,7 +74,8 @@ void ProgressBar::show(double fraction) {
   if (percent == percent_) return;
   percent_ = percent;
   const int filled = kWidth * percent / 100;
-  fmt::print(stderr, "\r[{:#>{}}{:.>{}}] {:3}%", "", filled, "", kWidth - filled, percent);
+  std::fputs(fmt::format("\r[{:#>{}}{:.>{}}] {:3}%", "", filled, "", kWidth - filled, percent).c_str(),
+             stderr);
   std::fflush(stderr);
 }
 
@@ -82,7 +83,7 @@ void ProgressBar::clear() {
   const std::scoped_lock lock(mutex_);
   if (percent_ < 0) return;
   percent_ = -1;
-  fmt::print(stderr, "\r\x1b[K");
+  std::fputs("\r\x1b[K", stderr);
   std::fflush(stderr);
 }
 

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
+#include <exception>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -40,10 +42,14 @@ void stop_on_interrupt() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-int fail(ErrorKind kind, std::string message) {
+/// Says what went wrong, on one line, and returns the exit status.
+int fail(int status, std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
-  fmt::print(stderr, "boxunion: error: {}\n", message);
-  return int(kind);
+  std::fprintf(stderr, "boxunion: error: %s\n", message.c_str());
+  return status;
+}
+int fail(ErrorKind kind, const std::string& message) {
+  return fail(int(kind), message);
 }
 
 /// The command line: what each subcommand takes, and what it then calls.
@@ -74,6 +80,8 @@ class CommandLine {
       return fail(ErrorKind::resources, "out of memory");
     } catch (const std::length_error&) {
       return fail(ErrorKind::resources, "out of memory");
+    } catch (const std::exception& error) {
+      return fail(1, fmt::format("internal error: {}", error.what()));
     }
   }
 
