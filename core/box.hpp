@@ -42,6 +42,12 @@ class BoxSet {
   std::variant<std::vector<Box>, std::vector<IntegerBox>> boxes_;
 };
 
+/// Are all six numbers finite, and min <= max on every axis?
+bool is_valid(const Box& box);
+
+/// Index of the first invalid box, or boxes.size() if all are valid. Parallel.
+std::size_t find_invalid(const BoxSet& boxes);
+
 /// Throws Error(input) that names the first invalid box ("box 17: ..."), counted from 1.
 void validate(const BoxSet& boxes);
 

@@ -1,0 +1,173 @@
+#include "host/command.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <utility>
+
+#include "host/command_output.hpp"
+#include "host/device.hpp"
+#include "host/engine.hpp"
+#include "host/files.hpp"
+
+namespace boxunion::command {
+namespace {
+
+/// Runs f on as many threads as asked for, and returns what it returns.
+template <class F>
+auto with_threads(const Common& common, F&& f) {
+  tbb::task_arena arena(common.threads > 0 ? common.threads : tbb::task_arena::automatic);
+  return arena.execute(f);
+}
+
+/// The options of a run; they refer to `common` and `bar`.
+Options engine_options(const Common& common, ProgressBar& bar) {
+  Options options;
+  options.method = Method::slices;
+  options.device = common.device;
+  options.threads = common.threads;
+  options.progress = [&bar](double fraction) { bar.show(fraction); };
+  options.warn = [&bar](const std::string& text) {
+    bar.clear();
+    warn(text);
+  };
+  options.interrupted = common.interrupted;
+  return options;
+}
+
+Result count_result(const std::string& key, std::uint64_t count) {
+  return {key, fmt::to_string(count), fmt::to_string(count)};
+}
+
+Result number_result(const std::string& key, double value) {
+  return {key, json_number(value), fmt::format("{}", value)};
+}
+
+Result string_result(const std::string& key, const std::string& text) {
+  return {key, json_string(text), text};
+}
+
+std::string json_array(const std::array<double, 3>& v) {
+  return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
+}
+
+Result vector_result(const std::string& key, const std::array<double, 3>& v) {
+  return {key, json_array(v), fmt::format("{}", fmt::join(v, " "))};
+}
+
+template <std::size_t N>
+Result rows_result(const std::string& key, const std::array<std::array<double, 3>, N>& rows) {
+  std::string json, text;
+  for (const auto& row : rows) {
+    json += (json.empty() ? "[" : ", ") + json_array(row);
+    text += fmt::format("{}{}", text.empty() ? "" : "\n", fmt::join(row, " "));
+  }
+  return {key, json + "]", text};
+}
+
+/// Adds method, kernel, device and seconds.
+void add_report(std::vector<Result>& results, const Report& report) {
+  results.push_back(string_result("method", report.method));
+  results.push_back(string_result("kernel", report.kernel));
+  results.push_back(string_result("device", report.device));
+  std::string json;
+  for (const auto& [stage, seconds] : report.seconds)
+    json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(stage), json_number(seconds));
+  const double total = report.seconds.empty() ? 0 : report.seconds.back().second;
+  results.push_back({"seconds", "{" + json + "}", fmt::format("{}", total)});
+}
+
+}  // namespace
+
+void measure(const std::string& input, const Common& common) {
+  ProgressBar bar(common.quiet);
+  Report report;
+  std::size_t boxes = 0, degenerate = 0;
+  const MassProperties mass = with_threads(common, [&] {
+    const BoxSet set = read_boxes(input, common.interrupted);
+    boxes = set.size();
+    degenerate = count_degenerate(set);
+    return boxunion::measure(set, engine_options(common, bar), &report);
+  });
+  bar.clear();
+
+  std::vector<Result> results = {count_result("boxes", boxes),
+                                 count_result("degenerate_boxes", degenerate),
+                                 rows_result("bounds", mass.bounds),
+                                 number_result("volume", mass.volume),
+                                 number_result("area", mass.area),
+                                 number_result("edge_length", mass.edge_length),
+                                 vector_result("centroid", mass.centroid),
+                                 rows_result("inertia", mass.inertia),
+                                 count_result("vertices", mass.vertices),
+                                 count_result("extreme_vertices", mass.extreme_vertices)};
+  add_report(results, report);
+  print_results(results, common.json);
+}
+
+void boundary(const std::string& input, const std::string& output, const Common& common) {
+  ProgressBar bar(common.quiet);
+  OutputFile file = open_output(output, common.interrupted);
+  Report report;
+  const std::size_t vertices = with_threads(common, [&] {
+    const Solid solid = unite(read_boxes(input, common.interrupted), engine_options(common, bar), &report);
+    write_vertices(solid, std::move(file));
+    return solid.vertices.size();
+  });
+  bar.clear();
+
+  std::vector<Result> results = {count_result("vertices", vertices), string_result("output", output)};
+  add_report(results, report);
+  print_results(results, common.json);
+}
+
+void generate(const BoxGenerator& generator, const std::string& output, const Common& common) {
+  ProgressBar bar(common.quiet);
+  OutputFile file = open_output(output, common.interrupted);
+  with_threads(common, [&] {
+    BoxWriter<std::int32_t> writer(file, generator.count);
+    std::uint64_t done = 0;
+    generator.run([&](std::span<const IntegerBox> boxes) {
+      writer.write(boxes);
+      done += boxes.size();
+      bar.show(double(done) / double(generator.count));
+    });
+    file.commit();
+  });
+  bar.clear();
+  print_results({count_result("boxes", generator.count), string_result("output", output)}, common.json);
+}
+
+void devices(const Common& common) {
+  std::vector<std::string> notes;
+  const std::vector<DeviceInfo> devices = list_devices(&notes);
+  std::string out;
+  if (common.json) {
+    for (const DeviceInfo& d : devices)
+      out += fmt::format(
+          "{}{{\"id\": {}, \"name\": {}, \"driver\": {}, \"cpu\": {}, \"unified_memory\": {}, "
+          "\"memory_bytes\": {}, \"max_buffer_bytes\": {}, \"max_workgroup\": {}}}",
+          out.empty() ? "" : ", ", json_string(d.id), json_string(d.name), json_string(d.driver), d.is_cpu,
+          d.is_unified, d.memory_bytes, d.max_buffer_bytes, d.max_workgroup);
+    std::string note_list;
+    for (const std::string& note : notes) note_list += (note_list.empty() ? "" : ", ") + json_string(note);
+    print(fmt::format("{{\"devices\": [{}], \"notes\": [{}]}}\n", out, note_list));
+    return;
+  }
+  std::size_t id_width = 0, name_width = 0;
+  for (const DeviceInfo& d : devices) {
+    id_width = std::max(id_width, d.id.size());
+    name_width = std::max(name_width, d.name.size());
+  }
+  for (const DeviceInfo& d : devices)
+    out += fmt::format("{:{}}  {}  {:6.1f} GiB  {:{}}  {}\n", d.id, id_width, d.is_cpu ? "CPU" : "GPU",
+                       double(d.memory_bytes) / double(1 << 30), d.name, name_width, d.driver);
+  for (const std::string& note : notes) out += fmt::format("note: {}\n", note);
+  print(out);
+}
+
+}  // namespace boxunion::command

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "core/generate.hpp"
+
+// The subcommands of the command line. Each prints its results to stdout and its progress and warnings to
+// stderr, throws Error, and stops with Error(interrupted) soon after `interrupted` becomes true.
+
+namespace boxunion::command {
+
+/// Options that several subcommands take.
+struct Common {
+  std::string method = "slices", device = "auto";
+  int threads = 0;
+  bool json = false, quiet = false;
+  const std::atomic<bool>* interrupted = nullptr;
+};
+
+/// Prints the mass properties of the union of the boxes in `input`.
+void measure(const std::string& input, const Common& common);
+
+/// Writes the vertices of the union of the boxes in `input` to `output`.
+void boundary(const std::string& input, const std::string& output, const Common& common);
+
+/// Writes generated boxes to `output`.
+void generate(const BoxGenerator& generator, const std::string& output, const Common& common);
+
+/// Lists the devices of this machine.
+void devices(const Common& common);
+
+}  // namespace boxunion::command

@@ -1,0 +1,90 @@
+#include "host/command_output.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include "core/error.hpp"
+
+namespace boxunion::command {
+
+std::string json_string(std::string_view text) {
+  std::string json = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\')
+      json += {'\\', c};
+    else if (c >= 0 && c < ' ')
+      json += fmt::format("\\u{:04x}", int(c));
+    else
+      json += c;
+  }
+  return json + '"';
+}
+
+std::string json_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : "null";
+}
+
+void print_results(const std::vector<Result>& results, bool json) {
+  std::string out;
+  if (json) {
+    for (const Result& result : results)
+      out += fmt::format("{}{}: {}", out.empty() ? "{" : ", ", json_string(result.key), result.json);
+    out += "}\n";
+  } else {
+    std::size_t width = 0;
+    for (const Result& result : results) width = std::max(width, result.key.size());
+    for (const Result& result : results) {
+      std::string name = result.key;
+      std::replace(name.begin(), name.end(), '_', ' ');
+      out += fmt::format("{:{}}  ", name, width);
+      for (const char c : result.text) {
+        out += c;
+        if (c == '\n') out.append(width + 2, ' ');
+      }
+      out += '\n';
+    }
+  }
+  print(out);
+}
+
+void print(std::string_view text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw Error(ErrorKind::resources,
+                fmt::format("standard output: cannot write: {}", std::generic_category().message(errno)));
+}
+
+void warn(std::string_view text) {
+  std::fputs(fmt::format("boxunion: warning: {}\n", text).c_str(), stderr);
+}
+
+ProgressBar::ProgressBar(bool quiet) : visible_(!quiet && ::isatty(STDERR_FILENO)) {}
+
+void ProgressBar::show(double fraction) {
+  if (!visible_) return;
+  constexpr int kWidth = 40;
+  const int percent = int(100 * std::clamp(fraction, 0.0, 1.0));
+  const std::scoped_lock lock(mutex_);
+  if (percent == percent_) return;
+  percent_ = percent;
+  const int filled = kWidth * percent / 100;
+  std::fputs(fmt::format("\r[{:#>{}}{:.>{}}] {:3}%", "", filled, "", kWidth - filled, percent).c_str(),
+             stderr);
+  std::fflush(stderr);
+}
+
+void ProgressBar::clear() {
+  const std::scoped_lock lock(mutex_);
+  if (percent_ < 0) return;
+  percent_ = -1;
+  std::fputs("\r\x1b[K", stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace boxunion::command

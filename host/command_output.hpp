@@ -1,0 +1,51 @@
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace boxunion::command {
+
+/// A JSON string.
+std::string json_string(std::string_view text);
+
+/// The shortest decimal that reads back to the same double; null if it is infinite, which JSON cannot say.
+std::string json_number(double value);
+
+/// One result: a member of the JSON object and a row of the plain table.
+struct Result {
+  std::string key;   ///< in the table its underscores are spaces
+  std::string json;  ///< a JSON value
+  std::string text;  ///< of the table, of one or more lines
+};
+
+/// Prints results to stdout, as one JSON object or as an aligned table.
+void print_results(const std::vector<Result>& results, bool json);
+
+/// Prints to stdout. Throws Error(resources) if that fails.
+void print(std::string_view text);
+
+/// Prints a warning to stderr.
+void warn(std::string_view text);
+
+/// A bar on stderr that shows how far the work is, until it is destroyed; invisible if `quiet` or where
+/// stderr is no terminal.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool quiet);
+  ~ProgressBar() { clear(); }
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  /// Shows a fraction from 0 to 1. Thread-safe.
+  void show(double fraction);
+  /// Takes the bar off the screen, for example before a warning; the next show() brings it back. Thread-safe.
+  void clear();
+
+ private:
+  std::mutex mutex_;
+  bool visible_;
+  int percent_ = -1;
+};
+
+}  // namespace boxunion::command

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/box.hpp"
+#include "core/solid.hpp"
+#include "host/output.hpp"
+
+namespace boxunion {
+
+/// File formats, told by the extension: .csv and .npy, in any case.
+enum class FileFormat { csv, npy };
+
+/// The format of a file. Throws Error(input) that names the known extensions.
+FileFormat file_format(const std::string& path);
+
+/// Reads boxes from a .csv or .npy file, or from standard input ("-") as CSV.
+///
+/// CSV: a line of six decimal numbers xmin,ymin,zmin,xmax,ymax,zmax for each box, each rounded to the nearest
+/// double whatever the locale. An optional header of these names comes first; spaces round the numbers,
+/// Windows line ends, blank lines and lines that start with # are allowed.
+///
+/// NPY: an array of shape (n, 6), in C or Fortran order, of either byte order. int32 boxes stay int32;
+/// float64, float32 and int64 become doubles, and an int64 that no double equals is an error.
+///
+/// Throws Error(input) that names the file, the line (CSV) or row (NPY), counted from 1, what is wrong and
+/// what was expected; the first such line or row of the file wins. A file with a header or a shape but no box
+/// is fine. Where `interrupted` becomes true, throws Error(interrupted). Parallel.
+BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
+
+/// Opens an output file of a known format (see file_format and OutputFile), before the work that fills it.
+OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
+
+/// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
+/// decimals that read back to the same numbers; NPY is a little-endian (n, 6) array of float64 or int32.
+template <class T>
+class BoxWriter {
+ public:
+  /// Writes to `file` exactly `count` boxes.
+  BoxWriter(OutputFile& file, std::uint64_t count);
+  void write(std::span<const BoxOf<T>> boxes);
+
+ private:
+  OutputFile& file_;
+  FileFormat format_;
+};
+
+/// Writes and commits boxes in the type they have.
+void write_boxes(const BoxSet& boxes, OutputFile file);
+
+/// Writes and commits the vertices of a solid, sorted by z, then y, then x.
+///
+/// Columns: x, y, z (coordinates), mask (octant mask, see octants.hpp), and the number of faces that meet
+/// there by outward direction +x, -x, +y, -y, +z, -z: in CSV degree_px, degree_nx, degree_py, degree_ny,
+/// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
+void write_vertices(const Solid& solid, OutputFile file);
+
+}  // namespace boxunion

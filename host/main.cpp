@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "core/error.hpp"
+#include "host/command.hpp"
+
+namespace {
+
+using namespace boxunion;
+
+constexpr const char* kExamples = R"(
+Examples:
+  boxunion generate cubes --count 1000000 --edge 48 -o cubes.npy
+  boxunion measure cubes.npy
+  boxunion measure --json --device native - < boxes.csv
+  boxunion boundary boxes.csv -o vertices.csv
+
+Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
+(n, 6) of float64, float32, int32 or int64).
+
+Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
+130 interrupted.)";
+
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
+
+/// The first Ctrl-C asks the work to stop and clean up; the second one, no longer caught, kills.
+void stop_on_interrupt() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { interrupted = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+/// Says what went wrong, on one line, and returns the exit status.
+int fail(int status, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "boxunion: error: %s\n", message.c_str());
+  return status;
+}
+int fail(ErrorKind kind, const std::string& message) {
+  return fail(int(kind), message);
+}
+
+/// The command line: what each subcommand takes, and what it then calls.
+class CommandLine {
+ public:
+  CommandLine() : app_("The exact union of any number of axis-aligned boxes, on any device.", "boxunion") {
+    common_.interrupted = &interrupted;
+    app_.set_version_flag("--version", "boxunion " BOXUNION_VERSION);
+    app_.require_subcommand(1);
+    add_measure();
+    add_boundary();
+    add_generate();
+    add_devices();
+    app_.footer(kExamples);  // last: subcommands inherit what is there before them
+  }
+
+  int run(int argc, const char* const* argv) {
+    try {
+      app_.parse(argc, argv);
+      return 0;
+    } catch (const CLI::Success& help) {
+      return app_.exit(help);
+    } catch (const CLI::ParseError& error) {
+      return fail(ErrorKind::usage, error.what());
+    } catch (const Error& error) {
+      return fail(error.kind(), error.what());
+    } catch (const std::bad_alloc&) {
+      return fail(ErrorKind::resources, "out of memory");
+    } catch (const std::length_error&) {
+      return fail(ErrorKind::resources, "out of memory");
+    } catch (const std::exception& error) {
+      return fail(1, fmt::format("internal error: {}", error.what()));
+    }
+  }
+
+ private:
+  void add_measure() {
+    CLI::App* sub =
+        app_.add_subcommand("measure", "Mass properties: volume, area, edge length, centroid, ...");
+    add_input(sub);
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->callback([this] { command::measure(input_, common_); });
+  }
+
+  void add_boundary() {
+    CLI::App* sub = app_.add_subcommand("boundary", "The vertices of the union and the faces at each");
+    add_input(sub);
+    add_output(sub);
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->callback([this] { command::boundary(input_, output_, common_); });
+  }
+
+  void add_generate() {
+    CLI::App* sub =
+        app_.add_subcommand("generate", "Boxes for tests and benchmarks, the same on every machine");
+    sub->require_subcommand(1);
+
+    CLI::App* cubes = sub->add_subcommand("cubes", "Cubes of one edge at random integer positions");
+    cubes->add_option("--count", count_, "Number of cubes")->required();
+    cubes->add_option("--edge", edge_, "Edge of the cubes")->required();
+    add_random_options(cubes);
+    add_generator(cubes, [this] { return generate_cubes(count_, edge_, universe_, seed_); });
+
+    CLI::App* boxes = sub->add_subcommand("boxes", "Boxes of random integer edges at random positions");
+    boxes->add_option("--count", count_, "Number of boxes")->required();
+    boxes->add_option("--min-edge", min_edge_, "Shortest edge")->capture_default_str();
+    boxes->add_option("--max-edge", edge_, "Longest edge")->required();
+    add_random_options(boxes);
+    add_generator(boxes, [this] { return generate_boxes(count_, min_edge_, edge_, universe_, seed_); });
+
+    CLI::App* checkerboard = sub->add_subcommand("checkerboard", "Every other unit cube of a grid");
+    checkerboard->add_option("--size", size_, "Cubes along an edge of the grid")->required();
+    add_generator(checkerboard, [this] { return generate_checkerboard(size_); });
+
+    CLI::App* sponge = sub->add_subcommand("sponge", "The unit cubes of a Menger sponge");
+    sponge->add_option("--level", level_, "Level: 20^level cubes in a grid of 3^level")->required();
+    add_generator(sponge, [this] { return generate_sponge(level_); });
+  }
+
+  void add_devices() {
+    CLI::App* sub = app_.add_subcommand("devices", "The devices of this machine");
+    add_print_options(sub);
+    sub->callback([this] { command::devices(common_); });
+  }
+
+  void add_input(CLI::App* sub) {
+    sub->add_option("FILE", input_, "Boxes: .csv, .npy, or - for CSV on standard input")->required();
+  }
+
+  void add_output(CLI::App* sub) {
+    sub->add_option("-o,--output", output_, "File to write: .csv or .npy")->required();
+  }
+
+  void add_threads(CLI::App* sub) {
+    sub->add_option("--threads", common_.threads, "Threads of the host, 0 for one per core")
+        ->check(CLI::Range(0, 4096))
+        ->capture_default_str();
+  }
+
+  void add_engine_options(CLI::App* sub) {
+    sub->add_option("--method", common_.method, "How the union is computed")
+        ->check(CLI::IsMember({"slices"}))
+        ->capture_default_str();
+    sub->add_option("--device", common_.device,
+                    "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
+        ->capture_default_str();
+    add_threads(sub);
+  }
+
+  void add_print_options(CLI::App* sub) {
+    sub->add_flag("--json", common_.json, "Print one JSON object (an infinite number is null)");
+    sub->add_flag("--quiet", common_.quiet, "Show no progress");
+  }
+
+  void add_random_options(CLI::App* sub) {
+    sub->add_option("--universe", universe_, "Edge of the cube that holds all boxes")->capture_default_str();
+    sub->add_option("--seed", seed_, "Seed of the random numbers")->capture_default_str();
+  }
+
+  template <class MakeGenerator>
+  void add_generator(CLI::App* sub, MakeGenerator make) {
+    add_output(sub);
+    add_threads(sub);
+    add_print_options(sub);
+    sub->callback([this, make] { command::generate(make(), output_, common_); });
+  }
+
+  CLI::App app_;
+  command::Common common_;
+  std::string input_, output_;
+  std::uint64_t count_ = 0, seed_ = 1;
+  std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
+  int level_ = 0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  stop_on_interrupt();
+  return CommandLine().run(argc, argv);
+}

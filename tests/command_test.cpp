@@ -1,0 +1,240 @@
+#include <gtest/gtest.h>
+#include <stdio.h>
+#include <sys/wait.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/temporary.hpp"
+
+// Runs the built command as a user would.
+
+namespace boxunion {
+namespace {
+
+using namespace std::string_literals;
+
+struct Outcome {
+  int status = -1;
+  std::string out, err;
+};
+
+class Command : public testing::Test {
+ protected:
+  /// Runs `boxunion ARGUMENTS` in the test's folder; the shell reads the arguments.
+  Outcome run(const std::string& arguments) { return shell(BOXUNION_COMMAND " " + arguments); }
+
+  Outcome shell(const std::string& line) {
+    Outcome run;
+    FILE* pipe = ::popen(("cd " + folder_.path() + " && { " + line + "; } 2>.stderr").c_str(), "r");
+    char buffer[4096];
+    for (std::size_t n; (n = ::fread(buffer, 1, sizeof buffer, pipe)) > 0;) run.out.append(buffer, n);
+    const int status = ::pclose(pipe);
+    run.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    run.err = folder_.read(".stderr");
+    std::filesystem::remove(folder_.file(".stderr"));
+    return run;
+  }
+
+  /// Expects a run to fail with one line on stderr and nothing on stdout.
+  void expect_error(const std::string& arguments, int status, const std::string& message) {
+    const Outcome r = run(arguments);
+    EXPECT_EQ(r.status, status) << arguments;
+    EXPECT_EQ(r.out, "") << arguments;
+    EXPECT_EQ(r.err, "boxunion: error: " + message + "\n") << arguments;
+  }
+
+  nlohmann::json json(const std::string& arguments) {
+    const Outcome r = run(arguments);
+    EXPECT_EQ(r.status, 0) << arguments << r.err;
+    EXPECT_EQ(r.err, "") << arguments;
+    return nlohmann::json::parse(r.out);
+  }
+
+  TemporaryFolder folder_;
+};
+
+constexpr const char* kHeader = "xmin,ymin,zmin,xmax,ymax,zmax\n";
+
+TEST_F(Command, HelpAndVersionAreResults) {
+  Outcome r = run("--version");
+  EXPECT_EQ(r.status, 0);
+  EXPECT_TRUE(r.out.starts_with("boxunion "));
+  for (const char* help : {"--help", "measure --help", "generate --help", "generate cubes --help"}) {
+    r = run(help);
+    EXPECT_EQ(r.status, 0);
+    EXPECT_NE(r.out.find("Usage: boxunion"), std::string::npos);
+    EXPECT_EQ(r.err, "");
+  }
+}
+
+TEST_F(Command, WrongUsageExitsWith2) {
+  expect_error("", 2, "A subcommand is required");
+  expect_error("measure", 2, "FILE is required");
+  expect_error("boundary a.csv", 2, "--output is required");
+  expect_error("measure a.csv --fast", 2, "The following argument was not expected: --fast");
+  expect_error("measure a.csv --method magic", 2, "--method: magic not in {slices}");
+  expect_error("measure a.csv --threads -1", 2, "--threads: Value -1 not in range 0 to 4096");
+  expect_error("generate cubes --count 1 --edge 0 -o a.csv", 2, "edge is 0, expected 1 to 32768");
+  expect_error("generate sponge --level 15 -o a.csv", 2, "level is 15, expected 0 to 14");
+  EXPECT_EQ(folder_.file_count(), 0u);
+}
+
+TEST_F(Command, BadInputExitsWith3) {
+  const std::string expected_text =
+      "; expected the header xmin,ymin,zmin,xmax,ymax,zmax or lines of six numbers";
+  expect_error("measure none.csv", 3, "none.csv: cannot read: No such file or directory");
+  folder_.write("empty.csv", "");
+  expect_error("measure empty.csv", 3, "empty.csv: no boxes: the file is empty" + expected_text);
+  expect_error("measure - < /dev/null", 3, "standard input: no boxes: the file is empty" + expected_text);
+  folder_.write("few.csv", kHeader + "0,0,0,1,1\n"s);
+  expect_error("measure few.csv", 3, "few.csv:2: found 5 columns, expected 6: xmin,ymin,zmin,xmax,ymax,zmax");
+  folder_.write("many.csv", kHeader + "0,0,0,1,1,1,7\n"s);
+  expect_error("measure many.csv", 3,
+               "many.csv:2: found 7 columns, expected 6: xmin,ymin,zmin,xmax,ymax,zmax");
+  folder_.write("text.csv", kHeader + "0,0,0,1,1,1\n0,0,0,1,one,1\n"s);
+  expect_error("measure text.csv", 3, "text.csv:3: ymax is \"one\", expected a number");
+  folder_.write("nan.csv", "0,0,0,1,1,1\nnan,0,0,1,1,1\n");
+  expect_error("measure nan.csv", 3, "nan.csv:2: xmin is nan, expected a finite number");
+  expect_error("measure - < nan.csv", 3, "standard input:2: xmin is nan, expected a finite number");
+  folder_.write("inf.csv", "0,0,0,1,1,inf\n");
+  expect_error("measure inf.csv", 3, "inf.csv:1: zmax is inf, expected a finite number");
+  folder_.write("reversed.csv", "0,0,0,1,1,1\n0,2,0,1,1,1\n");
+  expect_error("measure reversed.csv", 3, "reversed.csv:2: ymin is 2 and ymax is 1, expected ymin <= ymax");
+  expect_error("measure boxes.txt", 3, "boxes.txt: unknown extension .txt, expected .csv or .npy");
+
+  const auto npy = [&](const std::string& name, const std::string& dictionary, std::size_t bytes) {
+    folder_.write(name,
+                  "\x93NUMPY\1\0"s + char(dictionary.size()) + '\0' + dictionary + std::string(bytes, '\0'));
+  };
+  npy("shape.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (6, 2), }\n", 96);
+  expect_error("measure shape.npy", 3, "shape.npy: found an array of shape (6, 2), expected (n, 6)");
+  npy("type.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (1, 6), }\n", 96);
+  expect_error(
+      "measure type.npy", 3,
+      "type.npy: found numbers of type <c16, expected float64 (f8), float32 (f4), int32 (i4) or int64 (i8)");
+  npy("short.npy", "{'descr': '<f8', 'fortran_order': True, 'shape': (3, 6), }\n", 96);
+  expect_error("measure short.npy", 3,
+               "short.npy: the file is cut off: the header says 3 rows, found the bytes of 2");
+}
+
+TEST_F(Command, OutputThatCannotBeWrittenExitsWith3BeforeAnythingElse) {
+  folder_.write("file", "");
+  expect_error("boundary none.csv -o out.obj", 3, "out.obj: unknown extension .obj, expected .csv or .npy");
+  expect_error("boundary none.csv -o none/out.csv", 3,
+               "none/out.csv: cannot create the file: none does not exist");
+  expect_error("boundary none.csv -o file/out.csv", 3,
+               "file/out.csv: cannot create the file: file is not a folder");
+  expect_error("boundary none.csv -o /proc/out.csv", 3,
+               "/proc/out.csv: cannot create the file: No such file or directory");
+  expect_error("generate sponge --level 1 -o none/out.npy", 3,
+               "none/out.npy: cannot create the file: none does not exist");
+}
+
+TEST_F(Command, AFailedRunLeavesTheOldOutput) {
+  folder_.write("out.csv", "old");
+  folder_.write("bad.csv", "0,0,0,1,1\n");
+  expect_error("boundary bad.csv -o out.csv", 3,
+               "bad.csv:1: found 5 columns, expected 6: xmin,ymin,zmin,xmax,ymax,zmax");
+  EXPECT_EQ(folder_.read("out.csv"), "old");
+  EXPECT_EQ(folder_.file_count(), 2u);
+}
+
+TEST_F(Command, AnUnknownDeviceExitsWith4) {
+  folder_.write("a.csv", "0,0,0,1,1,1\n");
+  const Outcome r = run("measure a.csv --device abacus");
+  EXPECT_EQ(r.status, 4);
+  EXPECT_EQ(r.out, "");
+  EXPECT_TRUE(r.err.starts_with("boxunion: error: ")) << r.err;
+  EXPECT_NE(r.err.find("abacus"), std::string::npos) << r.err;
+}
+
+TEST_F(Command, AFullDiskExitsWith5AndLeavesNothing) {
+  const Outcome full =
+      shell("trap '' XFSZ; ulimit -f 8; " BOXUNION_COMMAND " generate sponge --level 4 -o out.npy");
+  EXPECT_EQ(full.status, 5);
+  EXPECT_EQ(full.err, "boxunion: error: out.npy: cannot write: File too large\n");
+  EXPECT_EQ(folder_.file_count(), 0u);
+  expect_error("devices --json > /dev/full", 5, "standard output: cannot write: No space left on device");
+}
+
+TEST_F(Command, AnInterruptExitsWith130AndLeavesNothing) {
+  const Outcome r = shell("timeout --preserve-status -s INT 0.2 " BOXUNION_COMMAND
+                          " generate sponge --level 14 -o out.csv");
+  EXPECT_EQ(r.status, 130);
+  EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
+  EXPECT_EQ(folder_.file_count(), 0u);
+}
+
+TEST_F(Command, GeneratedBoxesAreTheSameInEveryFormat) {
+  EXPECT_EQ(json("generate cubes --count 3 --edge 10 --universe 100 --seed 7 -o a.csv --json"),
+            (nlohmann::json{{"boxes", 3}, {"output", "a.csv"}}));
+  EXPECT_EQ(run("generate checkerboard --size 3 -o c.csv").out, "boxes   14\noutput  c.csv\n");
+  EXPECT_EQ(run("generate boxes --count 2 --min-edge 0 --max-edge 4 -o b.npy --quiet").status, 0);
+  EXPECT_EQ(folder_.read("c.csv").substr(0, 56), kHeader + "0,0,0,1,1,1\n2,0,0,3,1,1\n1,"s);
+  EXPECT_EQ(folder_.read("b.npy").size(), 128u + 2 * 24);
+}
+
+TEST_F(Command, AnEmptyUnionIsAllZeros) {
+  folder_.write("header.csv", kHeader);
+  const nlohmann::json result = json("measure header.csv --json");
+  for (const char* key :
+       {"boxes", "degenerate_boxes", "volume", "area", "edge_length", "vertices", "extreme_vertices"})
+    EXPECT_EQ(result.at(key), 0) << key;
+  EXPECT_EQ(result.at("bounds"), nlohmann::json({{0, 0, 0}, {0, 0, 0}}));
+  EXPECT_EQ(json("boundary header.csv -o v.csv --json").at("vertices"), 0);
+  EXPECT_EQ(folder_.read("v.csv"),
+            "x,y,z,mask,degree_px,degree_nx,degree_py,degree_ny,degree_pz,degree_nz\n");
+}
+
+TEST_F(Command, MeasurePrintsTheKeysOfTheContract) {
+  folder_.write("a.csv", "0,0,0,1,2,3\n0,0,0,0,5,5\n");
+  const nlohmann::json result = json("measure a.csv --json --device native --threads 1");
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : result.items()) keys.push_back(key);
+  EXPECT_EQ(keys, (std::vector<std::string>{"area", "bounds", "boxes", "centroid", "degenerate_boxes",
+                                            "device", "edge_length", "extreme_vertices", "inertia", "kernel",
+                                            "method", "seconds", "vertices", "volume"}));
+  EXPECT_EQ(result.at("boxes"), 2);
+  EXPECT_EQ(result.at("degenerate_boxes"), 1);
+  EXPECT_EQ(result.at("method"), "slices");
+  EXPECT_EQ(result.at("device"), "native");
+  EXPECT_TRUE(result.at("seconds").contains("total"));
+  EXPECT_EQ(result.at("volume"), 6);
+  EXPECT_EQ(result.at("area"), 22);
+  EXPECT_EQ(result.at("edge_length"), 24);
+  EXPECT_EQ(result.at("bounds"), nlohmann::json({{0, 0, 0}, {1, 2, 3}}));
+  EXPECT_EQ(result.at("centroid"), nlohmann::json({0.5, 1, 1.5}));
+  EXPECT_EQ(result.at("inertia"), nlohmann::json({{6.5, 0, 0}, {0, 5, 0}, {0, 0, 2.5}}));
+  EXPECT_EQ(result.at("vertices"), 8);
+  EXPECT_EQ(result.at("extreme_vertices"), 8);
+
+  const Outcome table = run("measure a.csv");
+  EXPECT_EQ(table.status, 0);
+  EXPECT_TRUE(table.out.starts_with("boxes             2\ndegenerate boxes  1\nbounds            0 0 0\n"))
+      << table.out;
+}
+
+TEST_F(Command, BoundaryWritesTheVertices) {
+  folder_.write("a.csv", "0,0,0,1,2,3.25\n");
+  const nlohmann::json result = json("boundary a.csv -o v.csv --json");
+  EXPECT_EQ(result.at("vertices"), 8);
+  EXPECT_EQ(result.at("output"), "v.csv");
+  EXPECT_EQ(
+      folder_.read("v.csv"),
+      "x,y,z,mask,degree_px,degree_nx,degree_py,degree_ny,degree_pz,degree_nz\n"
+      "0,0,0,128,0,1,0,1,0,1\n1,0,0,64,1,0,0,1,0,1\n0,2,0,32,0,1,1,0,0,1\n1,2,0,16,1,0,1,0,0,1\n"
+      "0,0,3.25,8,0,1,0,1,1,0\n1,0,3.25,4,1,0,0,1,1,0\n0,2,3.25,2,0,1,1,0,1,0\n1,2,3.25,1,1,0,1,0,1,0\n");
+  EXPECT_EQ(run("boundary a.csv -o v.npy").status, 0);
+  EXPECT_EQ(folder_.read("v.npy").size(), 192u + 8 * 31);
+}
+
+TEST_F(Command, DevicesAlwaysListsTheNativeOne) {
+  const nlohmann::json result = json("devices --json");
+  EXPECT_EQ(result.at("devices").at(0).at("id"), "native");
+  EXPECT_TRUE(result.at("notes").is_array());
+  EXPECT_TRUE(run("devices").out.starts_with("native"));
+}
+
+}  // namespace
+}  // namespace boxunion
