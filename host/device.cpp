@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
-#include <map>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+#include <utility>
 
 #include "core/error.hpp"
 #include "host/backend.hpp"
@@ -134,23 +138,42 @@ std::unique_ptr<Device> with_injected_failure(std::unique_ptr<Device> device) {
   return std::make_unique<FailingDevice>(std::move(device), std::string(call), count);
 }
 
-/// The device called `id`; throws Error(device) if there is none.
-DeviceInfo find_device(const std::string& id) {
+/// False only where there certainly is no GPU. Drivers of CPU devices take 0.1 s to wake, so it is worth
+/// asking.
+bool may_have_gpu() {
+#ifdef __linux__
+  for (const char* node : {"/dev/dri", "/dev/nvidiactl", "/dev/kfd", "/dev/dxg", "/dev/mali0"})
+    if (std::filesystem::exists(node)) return true;
+  return false;
+#else
+  return true;
+#endif
+}
+
+[[noreturn]] void no_such_device(const std::string& id) {
   std::vector<std::string> notes;
-  const std::vector<DeviceInfo> devices = list_devices(&notes);
-  if (id == "auto") {
-    for (const DeviceInfo& device : devices)
-      if (!device.is_cpu) return device;
-    return devices.front();
-  }
-  std::string known;
-  for (const DeviceInfo& device : devices) {
-    if (device.id == id || device.id == id + ":0") return device;
-    known += (known.empty() ? "" : ", ") + device.id;
-  }
-  std::string message = fmt::format("no device '{}'; there are: {}", id, known);
+  std::string message = fmt::format("no device '{}'; there are:", id);
+  for (const DeviceInfo& device : list_devices(&notes)) message += " " + device.id;
   for (const std::string& note : notes) message += "; " + note;
   throw Error(ErrorKind::device, message);
+}
+
+/// The id of the device that `id` means. Wakes no driver without need.
+std::string resolve(const std::string& id) {
+  if (id == "native") return id;
+  if (id == "auto") {
+    if (may_have_gpu())
+      for (const DeviceInfo& device : list_devices())
+        if (!device.is_cpu) return device.id;
+    return "native";
+  }
+  std::vector<std::string> notes;
+  std::vector<DeviceInfo> devices;
+  if (id.starts_with("opencl")) devices = list_opencl(notes);
+  if (id.starts_with("vulkan")) devices = list_vulkan(notes);
+  for (const DeviceInfo& device : devices)
+    if (device.id == id || device.id == id + ":0") return device.id;
+  no_such_device(id);
 }
 
 }  // namespace
@@ -165,8 +188,7 @@ std::vector<DeviceInfo> list_devices(std::vector<std::string>* notes) {
 }
 
 std::unique_ptr<Device> open_device(const std::string& id, ZeroCopy zero_copy) {
-  if (id == "native") return open_native();  // needs no driver, so wakes none
-  const std::string found = find_device(id).id;
+  const std::string found = resolve(id);
   if (found == "native") return open_native();
   const std::size_t colon = found.find(':');
   const std::size_t index = std::stoul(found.substr(colon + 1));

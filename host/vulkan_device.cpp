@@ -307,24 +307,24 @@ class Session {
   void release_to_host() { barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT); }
 
   /// Starts what was recorded.
-  void submit() {
-    if (recording_ == VK_NULL_HANDLE) return;
+  VkResult submit() {
+    if (recording_ == VK_NULL_HANDLE) return VK_SUCCESS;
     const VkCommandBuffer commands = std::exchange(recording_, VK_NULL_HANDLE);
-    check(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
+    if (const VkResult result = vkEndCommandBuffer(commands); result != VK_SUCCESS) return result;
     auto info = structure<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands;
-    check(vkQueueSubmit(queue_, 1, &info, VK_NULL_HANDLE), "vkQueueSubmit");
+    return vkQueueSubmit(queue_, 1, &info, VK_NULL_HANDLE);
   }
 
-  /// Waits for what was submitted and forgets what was not.
-  VkResult drain() {
-    const VkResult result = vkQueueWaitIdle(queue_);
+  /// Submits and waits for everything.
+  VkResult finish() {
+    const VkResult submitted = submit();
+    const VkResult waited = vkQueueWaitIdle(queue_);
     if (!used_.empty())
       vkFreeCommandBuffers(device_, pool_.get(), static_cast<std::uint32_t>(used_.size()), used_.data());
     used_.clear();
-    recording_ = VK_NULL_HANDLE;
-    return result;
+    return submitted != VK_SUCCESS ? submitted : waited;
   }
 
  private:
@@ -343,7 +343,7 @@ class Session {
   VkQueue queue_ = VK_NULL_HANDLE;
   CommandPool pool_;
   VkCommandBuffer recording_ = VK_NULL_HANDLE;
-  std::vector<VkCommandBuffer> used_;  // since the last drain()
+  std::vector<VkCommandBuffer> used_;  // since the last finish()
 };
 
 /// A buffer in mapped memory and, unless that is what kernels use, a second one in the device's own memory.
@@ -366,7 +366,7 @@ class VulkanBuffer final : public Buffer {
     local_ = BufferHandle::make(device, vkCreateBuffer, info, "vkCreateBuffer");
     local_memory_ = session_->allocate(local_.get(), 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
   }
-  ~VulkanBuffer() override { session_->drain(); }  // after an exception the device may still be at work
+  ~VulkanBuffer() override { session_->finish(); }  // after an exception the device may still be at work
 
   VkBuffer mapped() const { return mapped_.get(); }
   VkBuffer handle() const { return zero_copy_ ? mapped_.get() : local_.get(); }
@@ -383,7 +383,7 @@ struct VulkanKernel final : Kernel {
   VulkanKernel(std::shared_ptr<Session> session, const KernelSource& source, Shape shape,
                std::uint32_t workgroup)
       : session(std::move(session)), source(source), shape(shape), workgroup(workgroup) {}
-  ~VulkanKernel() override { session->drain(); }
+  ~VulkanKernel() override { session->finish(); }
   std::shared_ptr<Session> session;
   const KernelSource& source;
   Shape shape;
@@ -420,7 +420,7 @@ class VulkanDevice final : public Device {
     queries.queryCount = 2 * max_dispatches;
     timestamps_ = QueryPool::make(session_->device(), vkCreateQueryPool, queries, "vkCreateQueryPool");
   }
-  ~VulkanDevice() override { session_->drain(); }
+  ~VulkanDevice() override { session_->finish(); }
 
   const DeviceInfo& info() const override { return info_; }
 
@@ -443,7 +443,7 @@ class VulkanDevice final : public Device {
     const VkBufferCopy region{offset, offset, bytes};
     if (!source.zero_copy()) vkCmdCopyBuffer(commands, source.handle(), source.mapped(), 1, &region);
     session_->release_to_host();
-    session_->submit();
+    check(session_->submit(), "vkQueueSubmit");
   }
 
   void clear(Buffer& buffer, std::size_t bytes) override {
@@ -525,12 +525,11 @@ class VulkanDevice final : public Device {
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), query);
     vkCmdDispatch(commands, groups_x, groups_y, 1);
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), query + 1);
-    session_->submit();
+    check(session_->submit(), "vkQueueSubmit");
   }
 
   void wait() override {
-    session_->submit();
-    check(session_->drain(), "vkQueueWaitIdle");
+    check(session_->finish(), "vkQueueWaitIdle");
     const std::uint32_t dispatched = std::exchange(dispatched_, 0);
     check(vkResetDescriptorPool(session_->device(), descriptors_.get(), 0), "vkResetDescriptorPool");
     std::vector<std::uint64_t> ticks(2 * dispatched);
