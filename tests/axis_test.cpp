@@ -65,6 +65,24 @@ TEST(Axis, CoordinatesFarApartAreRanked) {
   expect_rank({1, 1 / 3., 5e-324});
 }
 
+TEST(Axis, OneFineCoordinateAmongManyIsFound) {
+  for (std::size_t lane = 0; lane < 6; ++lane)
+    for (const double unit : {0x1p-1060, 0x1p-3, 1.0, 0x1p40, 0x1p1000}) {
+      std::vector<Box> boxes;
+      for (int i = 0; i < 1000; ++i)
+        boxes.push_back({-16 * unit, i * unit, 0, 1024 * unit, 1024 * unit, 2048 * unit});
+      ASSERT_EQ(make_axes(boxes)[1].exponent(), std::ilogb(unit));
+      boxes[777][lane] = unit / 4;
+      const Axis fine = make_axes(boxes)[lane % 3];
+      EXPECT_TRUE(fine.is_lattice());
+      EXPECT_EQ(fine.exponent(), std::ilogb(unit) - 2);
+      boxes[777][lane] = 0x1p-1072;
+      const Axis finest = make_axes(boxes)[lane % 3];
+      EXPECT_EQ(finest.is_lattice(), unit == 0x1p-1060);
+      EXPECT_EQ(finest.coordinate(finest.ordinal(0x1p-1072)), 0x1p-1072);
+    }
+}
+
 TEST(Axis, IntegersMakeLatticesOverTheirWholeRange) {
   constexpr std::int32_t least = -2147483647 - 1, most = 2147483645;
   const Axes axes = make_axes(std::vector<IntegerBox>{{least, -6, 0, most, 6, 0}, {0, -3, 0, 1, 0, 0}});
