@@ -280,8 +280,12 @@ class OpenclDevice final : public Device {
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
     check_workgroup(info_, shape, workgroup);
     auto kernel = std::make_unique<OpenclKernel>(source, shape, workgroup);
-    const std::string options = fmt::format("-cl-std=CL1.2 -DWORKGROUP={}{} {}", workgroup,
-                                            shape == Shape::item ? " -DITEM" : "", source.opencl_options);
+    // PoCL 3.1 vectorised for AVX-512 lets the last work-item of a larger group run a turn of LANES too many;
+    // nobody wants such groups on a CPU for their speed
+    const bool mistrust = info_.is_cpu && shape == Shape::group && workgroup > 16;
+    const std::string options =
+        fmt::format("-cl-std=CL1.2{} -DWORKGROUP={}{} {}", mistrust ? " -cl-opt-disable" : "", workgroup,
+                    shape == Shape::item ? " -DITEM" : "", source.opencl_options);
     SharedContext& shared = session_->shared;
     const std::lock_guard lock(shared.mutex);
     Program& program = shared.programs[options + " " + std::string(source.name)];
