@@ -7,7 +7,7 @@ namespace boxunion {
 namespace {
 
 constexpr std::uint32_t kRanks = 31;             // distinct coordinates an axis that a kernel holds
-constexpr std::uint32_t kDefaultCellBoxes = 12;  // a cell with more is cut again
+constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
 constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
 constexpr std::size_t kGridBoxes = 200;  // a crowded cell with more gets a grid, with fewer it is halved
@@ -93,7 +93,7 @@ void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, Latt
 /// Cuts a region, whatever its boxes are, into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, std::size_t depth) {
   const bool fixed_grid = tuning_.cell && depth == 0;
-  if (items.size() <= tuning_.cell_boxes && !fixed_grid) return add_cell(region, items);
+  if (items.size() <= std::min(tuning_.cell_boxes, kRanks / 2) && !fixed_grid) return add_cell(region, items);
   if ((items.size() > kGridBoxes || fixed_grid) && depth < kMostDepth) {
     const Grid grid = choose_grid(region, items);
     if (grid.count() > 1) return cut_by_grid(grid, items, depth);
@@ -233,10 +233,11 @@ void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, L
 void TileCutter::halve(const PackedRegion& region, std::size_t begin) {
   const std::size_t end = stack_.size();
   if (begin == end) return;
-  int axis = -1;
+  int axis = -1;  // along which to halve
   if (end - begin > std::min(tuning_.cell_boxes, kRanks / 2)) {
     find_own_coordinates(region, Items(stack_).subspan(begin));
-    std::size_t most = 4;  // so few are not worth a cut
+    // a kernel holds so many coordinates; few of them are not worth a cut, however many boxes there are
+    std::size_t most = end - begin <= tuning_.cell_boxes ? kRanks : 4;
     for (int a = 0; a < 3; ++a)
       if (own_[a].size() > most) axis = a, most = own_[a].size();
     if (end - begin > 4 * (own_[0].size() + own_[1].size() + own_[2].size()))
