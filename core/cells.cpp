@@ -177,9 +177,12 @@ void TileCutter::cut_by_grid(const Grid& grid, Items items, std::size_t depth) {
 /// Marks the cells that one box covers (UNION3, section 4, step 3a). False if there are none.
 bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
   bool any = false;
+  const std::uint64_t edge =
+      packed::pack(1u << grid.log_edge[0], 1u << grid.log_edge[1], 1u << grid.log_edge[2]);
   for (const std::uint32_t i : items) {
     const PackedBox& box = boxes_[i];
-    std::array<std::uint32_t, 3> from, to;  // covered cells from .. to - 1
+    if (!packed::all_le(edge, box.hi - box.lo)) continue;  // too small on some axis
+    std::array<std::uint32_t, 3> from, to;                 // covered cells from .. to - 1
     bool some = true;
     for (int a = 0; a < 3; ++a) {
       const std::uint32_t lo = field(box.lo, a), hi = field(box.hi, a), base = field(grid.region.lo, a);

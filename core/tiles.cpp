@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::size_t kBoxesPerTile = 12000;  // keeps a tile's boxes and items in a core's cache
 constexpr std::size_t kMostTiles = 1u << 20;
-constexpr std::size_t kGrain = 1u << 15;
 
 /// Memory for `count` boxes in large pages where the system has them: the boxes are written in random order.
 PackedBox* allocate_boxes(std::size_t count) {
@@ -76,106 +75,123 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
 }
 
 TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan), boxes_(nullptr, std::free) {
-  const std::array<std::uint32_t, 3> edge_ = edge();
-  const std::size_t tiles = plan.count(), n = source.size();
-  const auto tile_of = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
-  };
-  /// Calls f(x, y, z, tile) for every tile that the box touches.
-  const auto each_tile = [&](const OrdinalBox& box, auto&& f) {
-    std::array<std::uint32_t, 3> from, to;
-    for (int a = 0; a < 3; ++a) {
-      from[a] = box.lo[a] >> plan_.log_edge[a];
-      to[a] = box.hi[a] >> plan_.log_edge[a];
-    }
-    if (from == to) return f(from[0], from[1], from[2], tile_of(from[0], from[1], from[2]));
-    for (std::uint32_t z = from[2]; z <= to[2]; ++z)
-      for (std::uint32_t y = from[1]; y <= to[1]; ++y)
-        for (std::uint32_t x = from[0]; x <= to[0]; ++x) f(x, y, z, tile_of(x, y, z));
-  };
-  const auto is_wide = [&](const OrdinalBox& box) {
-    return box.hi[0] - box.lo[0] > edge_[0] && box.hi[1] - box.lo[1] > edge_[1] &&
-           box.hi[2] - box.lo[2] > edge_[2];
-  };
-
-  // bounds, and the tiles that one box covers
-  const OrdinalBox nothing{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-  struct Pass {
-    OrdinalBox bounds;
-    std::vector<OrdinalBox> wide;
-  };
-  const Pass pass = parallel_reduce(
-      0, n, kGrain, Pass{nothing, {}},
-      [&](std::size_t begin, std::size_t end, Pass p) {
-        source.read(begin, end, [&](const OrdinalBox& box) {
-          for (int a = 0; a < 3; ++a) {
-            p.bounds.lo[a] = std::min(p.bounds.lo[a], box.lo[a]);
-            p.bounds.hi[a] = std::max(p.bounds.hi[a], box.hi[a]);
-          }
-          if (is_wide(box)) p.wide.push_back(box);
-        });
-        return p;
-      },
-      [](Pass p, const Pass& q) {
-        for (int a = 0; a < 3; ++a) {
-          p.bounds.lo[a] = std::min(p.bounds.lo[a], q.bounds.lo[a]);
-          p.bounds.hi[a] = std::max(p.bounds.hi[a], q.bounds.hi[a]);
-        }
-        p.wide.insert(p.wide.end(), q.wide.begin(), q.wide.end());
-        return p;
-      });
-  bounds_ = pass.bounds;
-  if (!pass.wide.empty()) covered_.assign(tiles, 0);
-  for (const OrdinalBox& box : pass.wide) {
-    std::array<std::uint32_t, 3> from,
-        to;  // covered tiles from .. to - 1: box.lo < corner, corner + edge <= box.hi
-    for (int a = 0; a < 3; ++a) {
-      from[a] = (box.lo[a] >> plan_.log_edge[a]) + 1;
-      to[a] = box.hi[a] >> plan_.log_edge[a];
-    }
-    for (std::uint32_t z = from[2]; z < to[2]; ++z)
-      for (std::uint32_t y = from[1]; y < to[1]; ++y)
-        for (std::uint32_t x = from[0]; x < to[0]; ++x) covered_[tile_of(x, y, z)] = 1;
-  }
-
   // a counting sort: each chunk of the boxes counts, then writes its own places in every tile
-  const std::size_t chunks = std::clamp<std::size_t>(n / (4 * tiles + 1), 1, 8);
-  const auto chunk_begin = [&](std::size_t c) { return n * c / chunks; };
-  std::vector<std::vector<std::size_t>> place(chunks);
-  parallel_ranges(0, chunks, 1, [&](std::size_t first_chunk, std::size_t end_chunk) {
-    for (std::size_t c = first_chunk; c < end_chunk; ++c) {
-      auto& count = place[c];
-      count.assign(tiles, 0);
-      source.read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
-        each_tile(box, [&](auto, auto, auto, std::size_t tile) { count[tile] += !covered(tile); });
-      });
+  const std::size_t tiles = plan.count(), n = source.size();
+  std::vector<Chunk> chunks(std::clamp<std::size_t>(n / (4 * tiles + 1), 1, 8));
+  for (std::size_t c = 0; c < chunks.size(); ++c) {
+    chunks[c].begin = n * c / chunks.size();
+    chunks[c].end = n * (c + 1) / chunks.size();
+  }
+  count(source, chunks);
+  if (mark_covered(chunks)) count(source, chunks);  // again, without the covered tiles
+
+  bounds_ = {{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
+  for (const Chunk& chunk : chunks)
+    for (int a = 0; a < 3; ++a) {
+      bounds_.lo[a] = std::min(bounds_.lo[a], chunk.bounds.lo[a]);
+      bounds_.hi[a] = std::max(bounds_.hi[a], chunk.bounds.hi[a]);
     }
-  });
   first_.resize(tiles + 1);
   std::size_t sum = 0;
   for (std::size_t t = 0; t < tiles; ++t) {
     first_[t] = sum;
-    for (auto& chunk : place) sum += std::exchange(chunk[t], sum);
+    for (Chunk& chunk : chunks) sum += std::exchange(chunk.place[t], sum);
   }
   first_[tiles] = sum;
   boxes_.reset(allocate_boxes(sum));
-  parallel_ranges(0, chunks, 1, [&](std::size_t first_chunk, std::size_t end_chunk) {
-    for (std::size_t c = first_chunk; c < end_chunk; ++c)
-      source.read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
-        each_tile(box, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t tile) {
-          if (covered(tile)) return;
-          const std::array<std::uint32_t, 3> at{x, y, z};
-          std::array<std::uint32_t, 3> lo, hi;  // packed coordinates count from 1 at the corner
-          for (int a = 0; a < 3; ++a) {
-            const std::uint32_t corner = at[a] << plan_.log_edge[a];
-            lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
-            hi[a] = std::min(box.hi[a] - corner, edge_[a]) + 1;
-          }
-          boxes_.get()[place[c][tile]++] = {packed::pack(lo[0], lo[1], lo[2]),
-                                            packed::pack(hi[0], hi[1], hi[2])};
-        });
-      });
+  parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) scatter(source, chunks[c]);
   });
+}
+
+/// Calls f(x, y, z, tile) for every tile that the box touches and that is not covered.
+template <class F>
+void TileGrid::each_tile(const OrdinalBox& box, F&& f) const {
+  std::array<std::uint32_t, 3> from, to;
+  for (int a = 0; a < 3; ++a) {
+    from[a] = box.lo[a] >> plan_.log_edge[a];
+    to[a] = box.hi[a] >> plan_.log_edge[a];
+  }
+  for (std::uint32_t z = from[2]; z <= to[2]; ++z)
+    for (std::uint32_t y = from[1]; y <= to[1]; ++y)
+      for (std::uint32_t x = from[0]; x <= to[0]; ++x)
+        if (const std::size_t tile = index(x, y, z); !covered(tile)) f(x, y, z, tile);
+}
+
+/// Counts each chunk's boxes by tile; notes its bounds and the boxes that may cover a tile.
+void TileGrid::count(const OrdinalSource& source, std::vector<Chunk>& chunks) const {
+  const std::array<std::uint32_t, 3> edges = edge();
+  parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      Chunk& chunk = chunks[c];
+      chunk.place.assign(plan_.count(), 0);
+      chunk.wide.clear();
+      OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
+      source.read(chunk.begin, chunk.end, [&](const OrdinalBox& box) {
+        bool wide = true;
+        for (int a = 0; a < 3; ++a) {
+          bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
+          bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
+          wide &= box.hi[a] - box.lo[a] > edges[a];
+        }
+        if (wide) chunk.wide.push_back(box);
+        each_tile(box, [&](auto, auto, auto, std::size_t tile) { ++chunk.place[tile]; });
+      });
+      chunk.bounds = bounds;
+    }
+  });
+}
+
+/// Marks the tiles that one box covers (UNION3, section 4, step 3a). False if there are none.
+bool TileGrid::mark_covered(const std::vector<Chunk>& chunks) {
+  for (const Chunk& chunk : chunks)
+    for (const OrdinalBox& box : chunk.wide) {
+      std::array<std::uint32_t, 3> from, to;  // covered tiles from .. to - 1
+      for (int a = 0; a < 3; ++a) {
+        from[a] = (box.lo[a] >> plan_.log_edge[a]) + 1;
+        to[a] = box.hi[a] >> plan_.log_edge[a];
+      }
+      for (std::uint32_t z = from[2]; z < to[2]; ++z)
+        for (std::uint32_t y = from[1]; y < to[1]; ++y)
+          for (std::uint32_t x = from[0]; x < to[0]; ++x) {
+            if (covered_.empty()) covered_.assign(plan_.count(), 0);
+            covered_[index(x, y, z)] = 1;
+          }
+    }
+  return !covered_.empty();
+}
+
+/// Writes a chunk's boxes to their tiles, some at a time, because memory likes whole lines better.
+void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
+  constexpr std::size_t kStaged = 8, kMostStaged = 1u << 13;
+  const bool staged = plan_.count() <= kMostStaged && chunk.end - chunk.begin > 4 * plan_.count();
+  std::vector<PackedBox> stage(staged ? kStaged * plan_.count() : 0);
+  std::vector<std::uint8_t> filled(staged ? plan_.count() : 0);
+  const std::array<std::uint32_t, 3> edges = edge();
+  source.read(chunk.begin, chunk.end, [&](const OrdinalBox& box) {
+    each_tile(box, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t tile) {
+      const std::array<std::uint32_t, 3> at{x, y, z};
+      std::array<std::uint32_t, 3> lo, hi;  // packed coordinates count from 1 at the corner
+      for (int a = 0; a < 3; ++a) {
+        const std::uint32_t corner = at[a] << plan_.log_edge[a];
+        lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
+        hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
+      }
+      const PackedBox packed_box{packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
+      if (!staged) {
+        boxes_.get()[chunk.place[tile]++] = packed_box;
+        return;
+      }
+      PackedBox* const slots = stage.data() + kStaged * tile;
+      slots[filled[tile]] = packed_box;
+      if (++filled[tile] < kStaged) return;
+      std::copy_n(slots, kStaged, boxes_.get() + chunk.place[tile]);
+      chunk.place[tile] += kStaged;
+      filled[tile] = 0;
+    });
+  });
+  for (std::size_t t = 0; t < filled.size(); ++t)
+    std::copy_n(stage.data() + kStaged * t, filled[t], boxes_.get() + chunk.place[t]);
 }
 
 std::array<std::uint32_t, 3> TileGrid::corner(std::size_t tile) const {

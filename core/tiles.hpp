@@ -66,6 +66,23 @@ class TileGrid {
   const OrdinalBox& bounds() const { return bounds_; }
 
  private:
+  /// A range of the boxes on their way into tiles.
+  struct Chunk {
+    std::size_t begin = 0, end = 0;
+    std::vector<std::size_t> place;  // by tile: number of boxes, then where the next one goes
+    OrdinalBox bounds;
+    std::vector<OrdinalBox> wide;  // boxes that may cover a tile
+  };
+
+  std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
+  }
+  template <class F>
+  void each_tile(const OrdinalBox& box, F&& f) const;
+  void count(const OrdinalSource& source, std::vector<Chunk>& chunks) const;
+  bool mark_covered(const std::vector<Chunk>& chunks);
+  void scatter(const OrdinalSource& source, Chunk& chunk);
+
   Plan plan_;
   std::vector<std::size_t> first_;  // by tile, and the end
   std::vector<std::uint8_t> covered_;
