@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/radix_sort.hpp"
 
 namespace boxunion {
 namespace {
@@ -120,18 +121,134 @@ Axis lattice_of(const Extent& extent) {
   return Axis::lattice(first - 1, exponent, static_cast<std::uint32_t>(steps) + 1);
 }
 
+/// The axes that are lattices; the others have no ordinals yet.
 template <class Boxes>
-Axis rank_of(const Boxes& boxes, unsigned axis) {
-  std::vector<double> coordinates(2 * boxes.size());
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      coordinates[2 * i] = double(boxes[i][axis]) + 0.0;  // -0.0 becomes 0.0
-      coordinates[2 * i + 1] = double(boxes[i][axis + 3]) + 0.0;
+Axes lattices_of(const Boxes& boxes) {
+  if (boxes.empty()) return {};
+  const Extents extents = parallel_reduce(
+      0, boxes.size(), kGrain, Extents{},
+      [&](std::size_t begin, std::size_t end, Extents extents) {
+        const Extents more = scan(boxes.data() + begin, end - begin);
+        for (unsigned axis = 0; axis < 3; ++axis) extents[axis].join(more[axis]);
+        return extents;
+      },
+      [](Extents a, const Extents& b) {
+        for (unsigned axis = 0; axis < 3; ++axis) a[axis].join(b[axis]);
+        return a;
+      });
+  return {lattice_of(extents[0]), lattice_of(extents[1]), lattice_of(extents[2])};
+}
+
+/// Packs what some of the elements 0 .. size - 1 give into one array, in order and in parallel: a first pass
+/// counts what each chunk of elements gives, a second one knows where to put it.
+class Packing {
+ public:
+  /// wanted(i): does element i give anything?
+  template <class Wanted>
+  Packing(std::size_t size, Wanted&& wanted) : size_(size), starts_((size + kGrain - 1) / kGrain + 1) {
+    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      std::size_t count = 0;
+      for (std::size_t i = begin; i < end; ++i) count += wanted(i);
+      starts_[chunk + 1] = count;
+    });
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+  }
+  /// How many elements are wanted.
+  std::size_t count() const { return starts_.back(); }
+  /// Calls f(begin, end, place) for ranges of elements; `place` wanted ones come before them.
+  template <class F>
+  void each_range(F&& f) const {
+    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) { f(begin, end, starts_[chunk]); });
+  }
+
+ private:
+  template <class F>
+  void each_chunk(F&& f) const {
+    parallel_ranges(0, starts_.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t chunk = begin; chunk < end; ++chunk)
+        f(chunk, chunk * kGrain, std::min(size_, (chunk + 1) * kGrain));
+    });
+  }
+
+  std::size_t size_;
+  std::vector<std::size_t> starts_;
+};
+
+/// Calls f(box, place) for every box that is not degenerate; `place` others come before it.
+template <class Boxes>
+class SolidBoxes {
+ public:
+  explicit SolidBoxes(const Boxes& boxes)
+      : boxes_(boxes), packing_(boxes.size(), [&](std::size_t i) { return is_solid(boxes[i]); }) {}
+  std::size_t count() const { return packing_.count(); }
+  template <class F>
+  void each(F&& f) const {
+    packing_.each_range([&](std::size_t begin, std::size_t end, std::size_t place) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (is_solid(boxes_[i])) f(boxes_[i], place++);
+    });
+  }
+
+ private:
+  static bool is_solid(const auto& box) { return box[0] != box[3] && box[1] != box[4] && box[2] != box[5]; }
+
+  const Boxes& boxes_;
+  Packing packing_;
+};
+
+/// The ordinals of boxes on those axes that have any.
+template <class Boxes>
+std::vector<OrdinalBox> convert(const SolidBoxes<Boxes>& boxes, const Axes& axes) {
+  std::vector<OrdinalBox> result(boxes.count());
+  boxes.each([&](const auto& box, std::size_t place) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if (axes[axis].count() == 0) continue;
+      result[place].lo[axis] = axes[axis].ordinal(double(box[axis]));
+      result[place].hi[axis] = axes[axis].ordinal(double(box[axis + 3]));
     }
   });
-  parallel_sort(coordinates.begin(), coordinates.end());
-  coordinates.erase(std::unique(coordinates.begin(), coordinates.end()), coordinates.end());
+  return result;
+}
+
+/// A coordinate and where it comes from.
+struct Entry {
+  std::uint64_t bits;   // ordered_bits of the coordinate
+  std::uint64_t place;  // twice that of the box, plus one for its high corner
+};
+std::uint64_t bits_of(std::uint64_t bits) {
+  return bits;
+}
+std::uint64_t bits_of(const Entry& entry) {
+  return entry.bits;
+}
+
+/// The ranks of coordinates (mere bits or entries), sorting them; calls f(entry, ordinal) for each.
+template <class T, class F>
+Axis rank_of(std::span<T> entries, std::span<T> scratch, F&& f) {
+  radix_sort(entries, scratch, [](const T& entry) { return bits_of(entry); });
+  const auto is_new = [&](std::size_t i) { return i == 0 || bits_of(entries[i - 1]) != bits_of(entries[i]); };
+  const Packing distinct(entries.size(), is_new);
+  std::vector<double> coordinates(distinct.count());
+  distinct.each_range([&](std::size_t begin, std::size_t end, std::size_t place) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (is_new(i)) coordinates[place++] = from_ordered_bits(bits_of(entries[i]));
+      f(entries[i], static_cast<std::uint32_t>(place));
+    }
+  });
   return Axis::rank(std::move(coordinates));
+}
+
+template <class Boxes>
+Axis rank_of(const Boxes& boxes, unsigned axis) {
+  Scratch<std::uint64_t> memory(2 * boxes.size()), scratch(2 * boxes.size());
+  const std::span<std::uint64_t> bits = memory;
+  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      bits[2 * i] = ordered_bits(double(boxes[i][axis]));
+      bits[2 * i + 1] = ordered_bits(double(boxes[i][axis + 3]));
+    }
+  });
+  return rank_of<std::uint64_t>(bits, scratch, [](std::uint64_t, std::uint32_t) {});
 }
 
 }  // namespace
@@ -156,8 +273,8 @@ Axis Axis::rank(std::vector<double> coordinates) {
   return axis;
 }
 
-double Axis::coordinate(std::uint32_t ordinal) const {
-  return is_lattice() ? std::ldexp(double(base_ + ordinal), exponent_) : ranks_[ordinal - 1];
+double Axis::lattice_coordinate(std::uint32_t ordinal) const {
+  return std::ldexp(double(base_ + ordinal), exponent_);
 }
 
 std::uint32_t Axis::rank_ordinal(double coordinate) const {
@@ -167,24 +284,10 @@ std::uint32_t Axis::rank_ordinal(double coordinate) const {
 }
 
 Axes make_axes(const BoxSet& set) {
-  if (set.size() == 0) return {};
   return set.visit([](const auto& boxes) {
-    const Extents extents = parallel_reduce(
-        0, boxes.size(), kGrain, Extents{},
-        [&](std::size_t begin, std::size_t end, Extents extents) {
-          const Extents more = scan(boxes.data() + begin, end - begin);
-          for (unsigned axis = 0; axis < 3; ++axis) extents[axis].join(more[axis]);
-          return extents;
-        },
-        [](Extents a, const Extents& b) {
-          for (unsigned axis = 0; axis < 3; ++axis) a[axis].join(b[axis]);
-          return a;
-        });
-    Axes axes;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      axes[axis] = lattice_of(extents[axis]);
+    Axes axes = lattices_of(boxes);
+    for (unsigned axis = 0; axis < 3; ++axis)
       if (axes[axis].count() == 0) axes[axis] = rank_of(boxes, axis);
-    }
     return axes;
   });
 }
@@ -196,38 +299,31 @@ Axes make_rank_axes(const BoxSet& set) {
 }
 
 std::vector<OrdinalBox> ordinal_boxes(const BoxSet& set, const Axes& axes) {
-  return set.visit([&](const auto& boxes) {
-    const auto degenerate = [](const auto& box) {
-      return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
-    };
-    const std::size_t chunks = (boxes.size() + kGrain - 1) / kGrain;
-    const auto each_box = [&](std::size_t chunk, auto&& f) {
-      const std::size_t end = std::min(boxes.size(), (chunk + 1) * kGrain);
-      for (std::size_t i = chunk * kGrain; i < end; ++i)
-        if (!degenerate(boxes[i])) f(boxes[i]);
-    };
-    // Where each chunk's boxes start in the result: count them, then sum the counts.
-    std::vector<std::size_t> starts(chunks + 1);
-    parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t chunk = begin; chunk < end; ++chunk)
-        each_box(chunk, [&](const auto&) { ++starts[chunk + 1]; });
-    });
-    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+  return set.visit([&](const auto& boxes) { return convert(SolidBoxes(boxes), axes); });
+}
 
-    std::vector<OrdinalBox> result(starts.back());
-    parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t chunk = begin; chunk < end; ++chunk) {
-        OrdinalBox* out = result.data() + starts[chunk];
-        each_box(chunk, [&](const auto& box) {
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            out->lo[axis] = axes[axis].ordinal(double(box[axis]));
-            out->hi[axis] = axes[axis].ordinal(double(box[axis + 3]));
-          }
-          ++out;
-        });
-      }
-    });
-    return result;
+Ordinals make_ordinals(const BoxSet& set) {
+  return set.visit([](const auto& all) {
+    Ordinals ordinals{lattices_of(all), {}};
+    const SolidBoxes boxes(all);
+    ordinals.boxes = convert(boxes, ordinals.axes);
+    if (std::ranges::all_of(ordinals.axes, [](const Axis& axis) { return axis.count() > 0; }))
+      return ordinals;
+
+    Scratch<Entry> memory(2 * boxes.count()), scratch(2 * boxes.count());
+    const std::span<Entry> entries = memory;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if (ordinals.axes[axis].count() > 0) continue;
+      boxes.each([&](const auto& box, std::size_t place) {
+        entries[2 * place] = {ordered_bits(double(box[axis])), 2 * place};
+        entries[2 * place + 1] = {ordered_bits(double(box[axis + 3])), 2 * place + 1};
+      });
+      ordinals.axes[axis] = rank_of<Entry>(entries, scratch, [&](const Entry& entry, std::uint32_t ordinal) {
+        OrdinalBox& box = ordinals.boxes[entry.place / 2];
+        (entry.place % 2 == 0 ? box.lo : box.hi)[axis] = ordinal;
+      });
+    }
+    return ordinals;
   });
 }
 

@@ -68,26 +68,20 @@ double round_to_double(const Dyadic& value) {
   return round_quotient(value, {1, 0});
 }
 
-// Two digits more than the longest addend has: the sum of 2^63 addends is at most 63 bits longer than one.
-FixedPointSum::FixedPointSum(int low_exponent, int high_exponent, std::size_t max_words)
-    : low_exponent_(low_exponent),
-      digits_(static_cast<std::size_t>(high_exponent - low_exponent) / 32 + 2 * max_words + 3) {}
+PlacedSum::PlacedSum(int exponent, std::size_t max_place, std::size_t max_words)
+    : exponent_(exponent), max_words_(max_words), sums_(2 * (max_place + 1) * max_words) {}
 
-void FixedPointSum::normalize() {
-  std::int64_t carry = 0;
-  for (std::size_t i = 0; i + 1 < digits_.size(); ++i) {
-    digits_[i] += carry;
-    carry = digits_[i] >> 32;
-    digits_[i] &= 0xffffffff;
+Dyadic PlacedSum::total() const {
+  BigInteger total = 0;
+  for (std::size_t end = sums_.size(); end > 0; end -= 2 * max_words_) {  // from the highest place down
+    const UInt128* positive = sums_.data() + end - 2 * max_words_;
+    const UInt128* negative = positive + max_words_;
+    BigInteger sum = 0;
+    for (std::size_t i = max_words_; i-- > 0;)
+      sum = (sum << 64) + (BigInteger(positive[i]) - BigInteger(negative[i]));
+    total = (total << kPlaceBits) + sum;
   }
-  digits_.back() += carry;
-  addends_ = 1;  // what is left in the digits counts as one
-}
-
-Dyadic FixedPointSum::total() const {
-  BigInteger m = 0;
-  for (std::size_t i = digits_.size(); i-- > 0;) m = (m << 32) + digits_[i];
-  return {std::move(m), low_exponent_};
+  return {std::move(total), exponent_};
 }
 
 }  // namespace boxunion

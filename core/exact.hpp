@@ -74,42 +74,30 @@ constexpr Words<N + 1> operator*(const Words<N>& a, std::uint64_t b) {
   return product;
 }
 
-/// An exact sum of numbers +-words * 2^exponent whose exponents lie in a range known beforehand.
+/// An exact sum of numbers +-words * 2^(exponent + 8 * place).
 ///
-/// A fixed-point number as wide as that takes, in digits of 32 bits that are kept in signed 64-bit integers:
-/// a sum touches only the digits under the addend and propagates no carry until 2^30 addends have come (Neal,
-/// "Fast exact summation using small and large superaccumulators", 2015).
-class FixedPointSum {
+/// Numbers of each place and sign have a sum of their own, one 128-bit integer a word: an addition shifts
+/// nothing, negates nothing and propagates no carry, and there is room for 2^64 of them. (After Neal, "Fast
+/// exact summation using small and large superaccumulators", 2015, whose large one has a sum for each
+/// exponent.)
+class PlacedSum {
  public:
-  /// For addends of at most `max_words` words with low_exponent <= exponent <= high_exponent.
-  FixedPointSum(int low_exponent, int high_exponent, std::size_t max_words);
+  static constexpr int kPlaceBits = 8;
+
+  /// For addends of at most `max_words` words at places 0 .. max_place.
+  PlacedSum(int exponent, std::size_t max_place, std::size_t max_words);
 
   template <std::size_t N>
-  void add(const Words<N>& words, bool negative, int exponent) {
-    if (++addends_ == kMaxAddends) normalize();
-    const auto offset = static_cast<unsigned>(exponent - low_exponent_);
-    const unsigned shift = offset % 32;
-    const std::int64_t sign = -std::int64_t(negative);  // x ^ sign - sign is x or -x
-    std::int64_t* digit = digits_.data() + offset / 32;
-    std::uint64_t carry = 0;
-    for (std::size_t i = 0; i < N; ++i) {
-      const std::uint64_t word = words[i] << shift | carry;
-      carry = words[i] >> 1 >> (63 - shift);
-      *digit++ += (static_cast<std::int64_t>(word & 0xffffffffu) ^ sign) - sign;
-      *digit++ += (static_cast<std::int64_t>(word >> 32) ^ sign) - sign;
-    }
-    *digit += (static_cast<std::int64_t>(carry) ^ sign) - sign;
+  void add(const Words<N>& words, bool negative, std::size_t place) {
+    UInt128* sum = sums_.data() + (2 * place + negative) * max_words_;
+    for (std::size_t i = 0; i < N; ++i) sum[i] += words[i];
   }
-  /// Propagates the carries, which `add` does by itself in time.
-  void normalize();
   Dyadic total() const;
 
  private:
-  static constexpr std::uint32_t kMaxAddends = 1u << 30;
-
-  int low_exponent_;
-  std::uint32_t addends_ = 0;
-  std::vector<std::int64_t> digits_;
+  int exponent_;
+  std::size_t max_words_;
+  std::vector<UInt128> sums_;  // by place, sign and word
 };
 
 }  // namespace boxunion

@@ -140,19 +140,19 @@ class LatticeSum {
   std::array<int, kSums> exponents_;
 };
 
-/// A coordinate as +-magnitude * 2^exponent; magnitude < 2^54.
+/// A coordinate as +-magnitude * 2^(least exponent of the axis + 8 * place); magnitude < 2^61.
 struct Significand {
   std::uint64_t magnitude;
   bool negative;
-  int exponent;
+  unsigned place;
 };
 
-/// Any axis as significands, and the range of their exponents.
+/// Any axis as significands.
 class SignificandAxis {
  public:
   explicit SignificandAxis(const Axis& axis) : axis_(axis) {
-    least_ = greatest_ = axis.is_lattice() ? axis.exponent() : 0;
-    if (axis.is_lattice() || axis.count() == 0) return;
+    least_ = axis.is_lattice() ? axis.exponent() : 0;
+    if (axis.is_lattice()) return;
     // Coordinates ascend, so the extreme exponents are at both ends and on both sides of zero.
     const auto ordinals = std::views::iota(std::uint32_t(1), axis.count() + 1);
     const std::uint32_t after_negative = *std::ranges::partition_point(
@@ -161,36 +161,43 @@ class SignificandAxis {
     for (const std::uint32_t ordinal :
          {std::uint32_t(1), after_negative - 1, after_negative, after_negative + 1, axis.count()}) {
       if (ordinal < 1 || ordinal > axis.count() || axis.coordinate(ordinal) == 0) continue;
-      const int exponent = (*this)[ordinal].exponent;
+      const int exponent = exponent_of(std::bit_cast<std::uint64_t>(axis.coordinate(ordinal)));
       least = std::min(least, exponent);
       greatest = std::max(greatest, exponent);
     }
-    if (least <= greatest) {
-      least_ = least;
-      greatest_ = greatest;
-    }
+    if (least > greatest) return;
+    least_ = least;
+    max_place_ = static_cast<unsigned>(greatest - least) / PlacedSum::kPlaceBits;
   }
 
   int least_exponent() const { return least_; }
-  int greatest_exponent() const { return greatest_; }
+  unsigned max_place() const { return max_place_; }
 
   Significand operator[](std::uint32_t ordinal) const {
     if (axis_.is_lattice()) {
       const std::int64_t steps = axis_.base() + ordinal;
-      return {static_cast<std::uint64_t>(steps < 0 ? -steps : steps), steps < 0, axis_.exponent()};
+      return {static_cast<std::uint64_t>(steps < 0 ? -steps : steps), steps < 0, 0};
     }
     const auto bits = std::bit_cast<std::uint64_t>(axis_.coordinate(ordinal));
-    const std::uint64_t fraction = bits & ((std::uint64_t(1) << 52) - 1);
-    const int biased = static_cast<int>(bits >> 52 & 0x7ff);
-    const bool negative = bits >> 63;
-    if (biased > 0) return {fraction | std::uint64_t(1) << 52, negative, biased - 1075};
-    if (fraction > 0) return {fraction, negative, -1074};
-    return {0, false, least_};  // zero has no exponent of its own
+    const std::uint64_t fraction = bits & (kLeadingBit - 1);
+    const bool subnormal = (bits >> 52 & 0x7ff) == 0;
+    if (subnormal && fraction == 0) return {0, false, 0};  // zero has no exponent of its own
+    const auto offset = static_cast<unsigned>(exponent_of(bits) - least_);
+    return {(subnormal ? fraction : fraction | kLeadingBit) << offset % PlacedSum::kPlaceBits,
+            (bits >> 63) != 0, offset / PlacedSum::kPlaceBits};
   }
 
  private:
+  static constexpr std::uint64_t kLeadingBit = std::uint64_t(1) << 52;
+
+  /// Of the lowest bit of the fraction.
+  static int exponent_of(std::uint64_t bits) {
+    return std::max(static_cast<int>(bits >> 52 & 0x7ff), 1) - 1075;
+  }
+
   const Axis& axis_;
-  int least_, greatest_;
+  int least_;
+  unsigned max_place_ = 0;
 };
 
 /// One thread's sums on any axes, in coordinates.
@@ -198,13 +205,16 @@ class GeneralSum {
  public:
   explicit GeneralSum(const Axes& axes)
       : axes_{SignificandAxis(axes[0]), SignificandAxis(axes[1]), SignificandAxis(axes[2])} {
-    const std::array<int, 3> least{axes_[0].least_exponent(), axes_[1].least_exponent(),
-                                   axes_[2].least_exponent()};
-    const std::array<int, 3> greatest{axes_[0].greatest_exponent(), axes_[1].greatest_exponent(),
-                                      axes_[2].greatest_exponent()};
     for (unsigned sum = 0; sum < kSums; ++sum) {
-      const auto factors = static_cast<std::size_t>(kPowers[sum][0] + kPowers[sum][1] + kPowers[sum][2]);
-      sums_.emplace_back(product_exponent(sum, least), product_exponent(sum, greatest), factors);
+      unsigned max_place = 0, factors = 0;
+      for (unsigned a = 0; a < 3; ++a) {
+        const auto power = static_cast<unsigned>(kPowers[sum][a]);
+        max_place += power * axes_[a].max_place();
+        factors += power;
+      }
+      const int exponent = product_exponent(
+          sum, {axes_[0].least_exponent(), axes_[1].least_exponent(), axes_[2].least_exponent()});
+      sums_.emplace_back(exponent, max_place, factors);
     }
   }
 
@@ -218,10 +228,10 @@ class GeneralSum {
         if (weights.area[a] != 0)
           sums_[kArea + a].add(weighted(weights.area[a], x[b]) * x[c].magnitude,
                                (weights.area[a] < 0) != (x[b].negative != x[c].negative),
-                               x[b].exponent + x[c].exponent);
+                               x[b].place + x[c].place);
         if (weights.length[a] != 0)
           sums_[kLength + a].add(weighted(weights.length[a], x[a]), (weights.length[a] < 0) != x[a].negative,
-                                 x[a].exponent);
+                                 x[a].place);
       }
       tally.extreme += weights.extreme;
       tally.extend({v.x, v.y, v.z}, {v.x, v.y, v.z});
@@ -246,22 +256,22 @@ class GeneralSum {
   void add_volume(int weight, const std::array<Significand, 3>& x) {
     const Words<3> volume = weighted(weight, x[0]) * x[1].magnitude * x[2].magnitude;
     const bool negative = (weight < 0) != ((x[0].negative != x[1].negative) != x[2].negative);
-    const int exponent = x[0].exponent + x[1].exponent + x[2].exponent;
-    sums_[kVolume].add(volume, negative, exponent);
+    const unsigned place = x[0].place + x[1].place + x[2].place;
+    sums_[kVolume].add(volume, negative, place);
     for (unsigned a = 0; a < 3; ++a) {
       const unsigned b = (a + 1) % 3;
       const Words<4> first = volume * x[a].magnitude;
       const bool first_negative = negative != x[a].negative;
-      const int first_exponent = exponent + x[a].exponent;
-      sums_[kFirst + a].add(first, first_negative, first_exponent);
-      sums_[kSecond + a].add(first * x[a].magnitude, negative, first_exponent + x[a].exponent);
+      const unsigned first_place = place + x[a].place;
+      sums_[kFirst + a].add(first, first_negative, first_place);
+      sums_[kSecond + a].add(first * x[a].magnitude, negative, first_place + x[a].place);
       sums_[kSecond + 3 + a].add(first * x[b].magnitude, first_negative != x[b].negative,
-                                 first_exponent + x[b].exponent);
+                                 first_place + x[b].place);
     }
   }
 
   std::array<SignificandAxis, 3> axes_;
-  std::vector<FixedPointSum> sums_;
+  std::vector<PlacedSum> sums_;
 };
 
 /// One thread's share of everything.

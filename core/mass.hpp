@@ -43,7 +43,7 @@ struct LatticeSums {
 /// Turns vertices into mass properties as they come; holds no vertex.
 ///
 /// The sums (Franklin, UNION3, section 4; DESIGN: weights in octants.hpp) are exact: integers on a lattice,
-/// fixed-point accumulators wide enough for every product on ranks.
+/// on ranks, products of whole significands in a sum for each exponent (exact.hpp).
 class MassSink : public VertexSink {
  public:
   /// `axes` are those of the vertices to come; the sink keeps its own copy.

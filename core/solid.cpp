@@ -1,6 +1,9 @@
 #include "core/solid.hpp"
 
+#include <cstdint>
 #include <utility>
+
+#include "core/radix_sort.hpp"
 
 namespace boxunion {
 
@@ -18,7 +21,9 @@ Solid SolidSink::take(Axes axes) {
     solid.vertices.insert(solid.vertices.end(), part.begin(), part.end());
     part = {};  // gives its memory back at once
   });
-  parallel_sort(solid.vertices.begin(), solid.vertices.end());
+  radix_sort(std::span(solid.vertices), [](const Vertex& v) {
+    return static_cast<unsigned __int128>(v.z) << 64 | (std::uint64_t(v.y) << 32 | v.x);
+  });
   return solid;
 }
 

@@ -18,7 +18,8 @@ struct Solid {
 class SolidSink : public VertexSink {
  public:
   void add(std::span<const Vertex> vertices) override;
-  /// The solid of everything added so far; leaves the sink empty. Not while another thread adds.
+  /// The solid of everything added so far, sorted in parallel; leaves the sink empty. Holds 32 bytes a vertex
+  /// at its peak, the result included. Not while another thread adds.
   Solid take(Axes axes);
 
  private:

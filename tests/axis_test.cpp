@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
+#include <random>
 #include <set>
 
 #include "generators.hpp"
@@ -142,6 +144,83 @@ TEST(Axis, OrdinalBoxesKeepTheirOrderAndDropDegenerateOnes) {
   ASSERT_EQ(result.size(), expected.size());
   EXPECT_TRUE(result == expected);
   EXPECT_TRUE(ordinal_boxes(boxes, make_rank_axes(boxes)).size() == expected.size());
+}
+
+/// Every box comes back exactly, and every ordinal of a rank axis occurs.
+void check_ordinals(const BoxSet& boxes) {
+  const Ordinals ordinals = make_ordinals(boxes);
+  std::array<std::set<std::uint32_t>, 3> used;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Box box = boxes[i];
+    if (box[0] == box[3] || box[1] == box[4] || box[2] == box[5]) continue;
+    ASSERT_LT(next, ordinals.boxes.size());
+    const OrdinalBox& found = ordinals.boxes[next++];
+    for (unsigned a = 0; a < 3; ++a) {
+      ASSERT_EQ(ordinals.axes[a].coordinate(found.lo[a]), box[a]);
+      ASSERT_EQ(ordinals.axes[a].coordinate(found.hi[a]), box[a + 3]);
+      if (!ordinals.axes[a].is_lattice()) used[a].insert({found.lo[a], found.hi[a]});
+    }
+  }
+  ASSERT_EQ(ordinals.boxes.size(), next);
+  const Axes axes = make_axes(boxes);
+  for (unsigned a = 0; a < 3; ++a) {
+    if (ordinals.axes[a].is_lattice()) continue;
+    ASSERT_FALSE(axes[a].is_lattice());
+    ASSERT_EQ(ordinals.axes[a].count(), used[a].size());
+    for (std::uint32_t ordinal = 2; ordinal <= ordinals.axes[a].count(); ++ordinal)
+      ASSERT_LT(ordinals.axes[a].coordinate(ordinal - 1), ordinals.axes[a].coordinate(ordinal));
+  }
+  if (count_degenerate(boxes) == 0) {
+    ASSERT_TRUE(ordinals.boxes == ordinal_boxes(boxes, axes));
+  }
+}
+
+RC_GTEST_PROP(Ordinals, AreExactAndOrdered, ()) {
+  check_ordinals(
+      *rc::gen::oneOf(boxes_from(small_integer()), boxes_from(decimal()), boxes_from(nasty_coordinate())));
+}
+
+/// `count` boxes whose x, y and z are a lattice or not, bit by bit of `ranks`, with `distinct` coordinates.
+std::vector<Box> mixed_boxes(std::size_t count, unsigned ranks, std::uint32_t distinct) {
+  std::mt19937_64 random(count + ranks);
+  std::vector<Box> boxes(count);
+  for (Box& box : boxes)
+    for (unsigned a = 0; a < 3; ++a) {
+      const double unit = ranks >> a & 1u ? 0.1 : 0.25;
+      const auto i = static_cast<double>(random() % distinct);
+      box[a] = (i - 3) * unit;
+      box[a + 3] = (i - 3 + static_cast<double>(random() % 5)) * unit;
+      if (ranks >> a & 1u && i == 3) box[a] = -0.0;
+    }
+  if (count > 2) boxes[count / 2] = {1e-300, 1e-300, 1e-300, 1e300, 1e300, 1e300};
+  for (unsigned a = 0; a < 3; ++a)
+    if (count > 2 && !(ranks >> a & 1u)) boxes[count / 2][a] = 0, boxes[count / 2][a + 3] = 1;
+  return boxes;
+}
+
+TEST(Ordinals, OfEveryMixtureOfAxes) {
+  for (unsigned ranks = 0; ranks < 8; ++ranks)
+    for (const std::size_t count : {0, 1, 2, 15, 16, 17, 16'384, 16'385, 40'000})
+      for (const std::uint32_t distinct : {4u, 1'000'000u})
+        check_ordinals(mixed_boxes(count, ranks, distinct));
+}
+
+TEST(Ordinals, OfAMillionBoxesOnAnyNumberOfThreads) {
+  const BoxSet boxes(mixed_boxes(1'000'000, 5, 10'000'000));
+  check_ordinals(boxes);
+  const Ordinals expected = make_ordinals(boxes);
+  for (const int threads : {1, 2, 5})
+    tbb::task_arena(threads).execute([&] { EXPECT_TRUE(make_ordinals(boxes).boxes == expected.boxes); });
+}
+
+TEST(Ordinals, OfDegenerateBoxesAlone) {
+  const Ordinals ordinals = make_ordinals(std::vector<Box>{{0.1, 1e-300, 0, 0.1, 1e300, 1}});
+  EXPECT_TRUE(ordinals.boxes.empty());
+}
+
+TEST(Ordinals, OfIntegersTooFarApartForALattice) {
+  check_ordinals(std::vector<IntegerBox>{{-2147483647 - 1, 0, 0, 2147483647, 1, 1}, {0, 0, 0, 5, 5, 5}});
 }
 
 }  // namespace

@@ -95,28 +95,27 @@ TEST(Exact, ProductSumsAreExact) {
 }
 
 template <std::size_t N>
-void check_fixed_point_sum(int low, int high) {
+void check_placed_sum(int exponent, unsigned max_place) {
   std::mt19937_64 random(5);
-  FixedPointSum sum(low, high, 5);
+  PlacedSum sum(exponent, max_place, 5);
   Dyadic expected;
   for (int i = 0; i < 2000; ++i) {
     Words<N> words;
     BigInteger m = 0;
     for (std::size_t word = N; word-- > 0;) m = (m << 64) + (words[word] = i % 5 ? random() : ~0ull);
-    const int exponent = i == 0 ? low : i == 1 ? high : low + int(random() % unsigned(high - low + 1));
+    const unsigned place = i == 0 ? 0 : i == 1 ? max_place : unsigned(random() % (max_place + 1));
     const bool negative = random() % 2;
-    sum.add(words, negative, exponent);
-    expected = expected + Dyadic{negative ? -m : m, exponent};
-    if (i % 300 == 0) sum.normalize();
+    sum.add(words, negative, place);
+    expected = expected + Dyadic{negative ? -m : m, exponent + PlacedSum::kPlaceBits * int(place)};
   }
   EXPECT_EQ((sum.total() - expected).m, 0);
 }
 
-TEST(Exact, FixedPointSumsAreExact) {
-  check_fixed_point_sum<1>(0, 0);
-  check_fixed_point_sum<2>(-1074, 971);
-  check_fixed_point_sum<3>(-3, 40);
-  check_fixed_point_sum<5>(-5370, 4855);
+TEST(Exact, PlacedSumsAreExact) {
+  check_placed_sum<1>(0, 0);
+  check_placed_sum<2>(-1074, 255);
+  check_placed_sum<3>(-3, 5);
+  check_placed_sum<5>(-5370, 1278);
 }
 
 TEST(Exact, WordsTimesWordKeepsEveryBit) {

@@ -46,6 +46,15 @@ RC_GTEST_PROP(Mass, AnyDoublesAreRoundedOnce, ()) {
   });
   check_against_rationals(*boxes_from(finite));
 }
+RC_GTEST_PROP(Mass, RanksOfEveryExponentInAWindowAreRoundedOnce, ()) {
+  const int low = *rc::gen::element(-1074, -1030, -8, 0, 950);
+  const auto coordinate =
+      rc::gen::map(rc::gen::pair(rc::gen::arbitrary<std::int64_t>(), rc::gen::inRange(0, 20)),
+                   [low](const std::pair<std::int64_t, int>& x) {
+                     return std::ldexp(double(x.first >> 11), low + x.second);
+                   });
+  check_against_rationals(*boxes_from(coordinate));
+}
 RC_GTEST_PROP(Mass, OneLatticeBesideRanksIsRoundedOnce, ()) {
   const auto integers = *boxes_from(small_integer());
   auto boxes = *boxes_from(nasty_coordinate());

@@ -1,6 +1,7 @@
 #include "core/solid.hpp"
 
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <random>
@@ -23,6 +24,24 @@ TEST(Solid, TakesBatchesFromAnyThreadAndSortsThem) {
   EXPECT_EQ(solid.vertices, sorted);
   EXPECT_EQ(solid.axes[2].count(), 200u);
   EXPECT_TRUE(sink.take({}).vertices.empty());
+}
+
+TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
+  for (const std::size_t count : {0, 1, 2, 32, 33, 1000, 1'000'000})
+    for (const std::uint32_t widest : {0u, 99u, 0xfffffffeu})
+      for (const int threads : {1, 2, 5}) {
+        std::mt19937 random(widest);
+        std::vector<Vertex> vertices(count);
+        for (std::uint32_t i = 0; i < count; ++i) {  // all differ
+          const auto ordinal = static_cast<std::uint32_t>(random() & widest);
+          vertices[i] = {i, ordinal, ordinal ^ 1u, 1 + i % 7};
+        }
+        std::shuffle(vertices.begin(), vertices.end(), random);
+        SolidSink sink;
+        sink.add(vertices);
+        std::sort(vertices.begin(), vertices.end());
+        tbb::task_arena(threads).execute([&] { EXPECT_TRUE(sink.take({}).vertices == vertices); });
+      }
 }
 
 }  // namespace
