@@ -283,6 +283,12 @@ std::uint32_t Axis::rank_ordinal(double coordinate) const {
          1;
 }
 
+std::optional<Axes> find_lattices(const BoxSet& set) {
+  const Axes axes = set.visit([](const auto& boxes) { return lattices_of(boxes); });
+  if (std::ranges::any_of(axes, [](const Axis& axis) { return axis.count() == 0; })) return std::nullopt;
+  return axes;
+}
+
 Axes make_axes(const BoxSet& set) {
   return set.visit([](const auto& boxes) {
     Axes axes = lattices_of(boxes);
@@ -324,6 +330,31 @@ Ordinals make_ordinals(const BoxSet& set) {
       });
     }
     return ordinals;
+  });
+}
+
+std::vector<std::uint32_t> distinct_ordinals(std::span<const OrdinalBox> boxes, int axis) {
+  std::vector<std::uint32_t> ordinals(2 * boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    ordinals[2 * i] = boxes[i].lo[axis];
+    ordinals[2 * i + 1] = boxes[i].hi[axis];
+  }
+  radix_sort(std::span(ordinals));
+  ordinals.erase(std::unique(ordinals.begin(), ordinals.end()), ordinals.end());
+  ordinals.shrink_to_fit();
+  return ordinals;
+}
+
+void replace_by_positions(std::span<OrdinalBox> boxes, int axis, std::span<const std::uint32_t> distinct,
+                          std::uint32_t first) {
+  const auto position = [&](std::uint32_t ordinal) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(distinct, ordinal) - distinct.begin()) + first;
+  };
+  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (OrdinalBox& box : boxes.subspan(begin, end - begin)) {
+      box.lo[axis] = position(box.lo[axis]);
+      box.hi[axis] = position(box.hi[axis]);
+    }
   });
 }
 

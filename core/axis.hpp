@@ -3,6 +3,8 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/box.hpp"
@@ -67,6 +69,9 @@ using Axes = std::array<Axis, 3>;
 /// lattice, which is harmless). Throws Error(resources) as Axis::rank does.
 Axes make_axes(const BoxSet& boxes);
 
+/// The axes if all three are lattices, found in one streaming pass; nothing otherwise.
+std::optional<Axes> find_lattices(const BoxSet& boxes);
+
 /// Ranks on every axis whatever the coordinates are: the slower of the two exact maps, used by tests.
 Axes make_rank_axes(const BoxSet& boxes);
 
@@ -92,5 +97,12 @@ struct Ordinals {
 /// result it holds 32 bytes for each of the 2 * boxes.size() coordinates of one rank axis. Throws
 /// Error(resources) as Axis::rank does.
 Ordinals make_ordinals(const BoxSet& boxes);
+
+/// The distinct ordinals of the boxes on one axis, sorted.
+std::vector<std::uint32_t> distinct_ordinals(std::span<const OrdinalBox> boxes, int axis);
+
+/// Replaces the ordinals on one axis by their positions, from `first` on, among the sorted `distinct` ones.
+void replace_by_positions(std::span<OrdinalBox> boxes, int axis, std::span<const std::uint32_t> distinct,
+                          std::uint32_t first);
 
 }  // namespace boxunion

@@ -7,23 +7,6 @@
 namespace boxunion {
 namespace {
 
-/// Sorted distinct ordinals of one axis.
-std::vector<std::uint32_t> distinct(const std::vector<OrdinalBox>& boxes, int axis) {
-  std::vector<std::uint32_t> ordinals(2 * boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    ordinals[2 * i] = boxes[i].lo[axis];
-    ordinals[2 * i + 1] = boxes[i].hi[axis];
-  }
-  parallel_sort(ordinals.begin(), ordinals.end());
-  ordinals.erase(std::unique(ordinals.begin(), ordinals.end()), ordinals.end());
-  ordinals.shrink_to_fit();
-  return ordinals;
-}
-
-std::uint32_t position(const std::vector<std::uint32_t>& sorted, std::uint32_t ordinal) {
-  return std::uint32_t(std::lower_bound(sorted.begin(), sorted.end(), ordinal) - sorted.begin());
-}
-
 /// Halves tiles until each fits. The rectangles of the tiles on the way down live in one stack.
 class TileCutter {
  public:
@@ -106,15 +89,10 @@ class TileCutter {
 }  // namespace
 
 SlabSweep::SlabSweep(std::vector<OrdinalBox> boxes) : boxes_(std::move(boxes)) {
-  x_ = distinct(boxes_, 0);
-  z_ = distinct(boxes_, 2);
-  parallel_ranges(0, boxes_.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      OrdinalBox& b = boxes_[i];
-      b.lo[0] = position(x_, b.lo[0]), b.hi[0] = position(x_, b.hi[0]);
-      b.lo[2] = position(z_, b.lo[2]), b.hi[2] = position(z_, b.hi[2]);
-    }
-  });
+  x_ = distinct_ordinals(boxes_, 0);
+  z_ = distinct_ordinals(boxes_, 2);
+  replace_by_positions(boxes_, 0, x_, 0);
+  replace_by_positions(boxes_, 2, z_, 0);
   parallel_sort(boxes_.begin(), boxes_.end(),
                 [](const OrdinalBox& a, const OrdinalBox& b) { return a.lo[2] < b.lo[2]; });
   rectangles_.assign(slabs() + 1, 0);

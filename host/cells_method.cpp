@@ -26,19 +26,8 @@ class Positions : public VertexSink {
   Positions(std::vector<OrdinalBox>& boxes, const std::array<bool, 3>& axes, VertexSink& sink) : sink_(sink) {
     for (int a = 0; a < 3; ++a) {
       if (!axes[a]) continue;
-      auto& ordinals = ordinals_[a];
-      ordinals.resize(2 * boxes.size());
-      for (std::size_t i = 0; i < boxes.size(); ++i)
-        ordinals[2 * i] = boxes[i].lo[a], ordinals[2 * i + 1] = boxes[i].hi[a];
-      parallel_sort(ordinals.begin(), ordinals.end());
-      ordinals.erase(std::unique(ordinals.begin(), ordinals.end()), ordinals.end());
-      const auto position = [&](std::uint32_t o) {
-        return std::uint32_t(std::lower_bound(ordinals.begin(), ordinals.end(), o) - ordinals.begin()) + 1;
-      };
-      parallel_ranges(0, boxes.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-          boxes[i].lo[a] = position(boxes[i].lo[a]), boxes[i].hi[a] = position(boxes[i].hi[a]);
-      });
+      ordinals_[a] = distinct_ordinals(boxes, a);
+      replace_by_positions(boxes, a, ordinals_[a], 1);
     }
   }
 
@@ -173,11 +162,12 @@ class CellRunner {
 
 }  // namespace
 
-void unite_by_cells(const BoxSet& boxes, const Axes& axes, const Options& options, VertexSink* vertices,
+void unite_by_cells(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
                     MassSink* mass, Report& report) {
   report.method = "cells";
   report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
   Stopwatch watch(report);
+  const Axes& axes = ordinals.axes;
   const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
   VertexSink* sink = mass ? mass : vertices;
   std::array<std::uint32_t, 3> counts{axes[0].count(), axes[1].count(), axes[2].count()};
@@ -186,14 +176,12 @@ void unite_by_cells(const BoxSet& boxes, const Axes& axes, const Options& option
     return plan.count() > std::max<std::size_t>(512, boxes.size() / 4);
   };
 
-  std::vector<OrdinalBox> kept;
+  std::vector<OrdinalBox>& kept = ordinals.boxes;
   std::optional<OrdinalSource> source;
-  if (lattice) {
+  if (lattice)
     source.emplace(boxes, axes);
-  } else {
-    kept = ordinal_boxes(boxes, axes);
+  else
     source.emplace(std::span<const OrdinalBox>(kept));
-  }
   TileGrid::Plan plan;
   CellSink cells{sink, nullptr};
   std::optional<Positions> positions;

@@ -12,7 +12,7 @@ namespace boxunion {
 ///
 /// Gives the vertices to `vertices`; or, if `mass` is given, adds to it whatever is cheaper to find, sums or
 /// vertices, and `vertices` stays unused. Fills report.kernel, device, cells and stage times.
-void unite_by_cells(const BoxSet& boxes, const Axes& axes, const Options& options, VertexSink* vertices,
+void unite_by_cells(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
                     MassSink* mass, Report& report);
 
 }  // namespace boxunion

@@ -17,6 +17,22 @@ void with_threads(const Options& options, F&& f) {
   arena.execute(f);
 }
 
+/// The ordinals of the boxes; the method cells reads those of three lattices by itself.
+Ordinals find_ordinals(const BoxSet& boxes, const Options& options) {
+  if (options.method == Method::cells)
+    if (std::optional<Axes> axes = find_lattices(boxes)) return {std::move(*axes), {}};
+  return make_ordinals(boxes);
+}
+
+/// Runs the method that the options ask for; see unite_by_cells about `vertices` and `mass`.
+void unite(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
+           MassSink* mass, Report& report) {
+  if (options.method == Method::cells)
+    unite_by_cells(boxes, std::move(ordinals), options, vertices, mass, report);
+  else
+    unite_by_slices(std::move(ordinals.boxes), options, mass ? *mass : *vertices, report);
+}
+
 }  // namespace
 
 MassProperties measure(const BoxSet& boxes, const Options& options, Report* report) {
@@ -27,13 +43,10 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
   with_threads(options, [&] {
     Stopwatch watch(r);
     validate(boxes);
-    const Axes axes = make_axes(boxes);
-    watch.lap("axes");
-    MassSink sink(axes);
-    if (options.method == Method::cells)
-      unite_by_cells(boxes, axes, options, nullptr, &sink, r);
-    else
-      unite_by_slices(ordinal_boxes(boxes, axes), options, sink, r);
+    Ordinals ordinals = find_ordinals(boxes, options);
+    watch.lap("ordinals");
+    MassSink sink(ordinals.axes);
+    unite(boxes, std::move(ordinals), options, nullptr, &sink, r);
     result = sink.result();
     watch.total("total");
   });
@@ -48,13 +61,11 @@ Solid unite(const BoxSet& boxes, const Options& options, Report* report) {
   with_threads(options, [&] {
     Stopwatch watch(r);
     validate(boxes);
-    Axes axes = make_axes(boxes);
-    watch.lap("axes");
+    Ordinals ordinals = find_ordinals(boxes, options);
+    Axes axes = ordinals.axes;
+    watch.lap("ordinals");
     SolidSink sink;
-    if (options.method == Method::cells)
-      unite_by_cells(boxes, axes, options, &sink, nullptr, r);
-    else
-      unite_by_slices(ordinal_boxes(boxes, axes), options, sink, r);
+    unite(boxes, std::move(ordinals), options, &sink, nullptr, r);
     Stopwatch sort(r);
     solid = sink.take(std::move(axes));
     sort.lap("sort");

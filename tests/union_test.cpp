@@ -35,11 +35,16 @@ std::vector<Way> ways() {
       std::replace(way.name.begin(), way.name.end(), ':', '_');
       way.options.device = device.id;
       way.options.tuning = tuning;
+      way.options.method = tuning.tile_coordinates ? Method::slices : Method::cells;
       all.push_back(way);
     };
     if (device.id == "native") {
-      for (const std::uint32_t tile : {31, 9, 2})
-        add("tile" + std::to_string(tile), {.tile_coordinates = tile});
+      for (const std::uint32_t tile : {31u, 9u, 2u})
+        add("slices_tile" + std::to_string(tile), {.tile_coordinates = tile});
+      for (const std::uint32_t cell : {0u, 1u, 2u, 4u, 1u << 19})
+        add("cells_edge" + std::to_string(cell), {.cell = cell});
+      for (const std::uint32_t boxes : {1u, 15u, 64u})
+        add("cells_of" + std::to_string(boxes), {.cell_boxes = boxes});
       continue;
     }
     for (const std::uint32_t workgroup : {1, 8, 32}) {
@@ -48,7 +53,8 @@ std::vector<Way> ways() {
         const std::string name = (shape == Shape::group ? "group" : "item") + size;
         add("slices_" + name,
             {.shape = shape, .workgroup = workgroup, .tile_coordinates = workgroup == 8 ? 5u : 31u});
-        add("cells_" + name, {.shape = shape, .workgroup = workgroup, .cell = workgroup == 8 ? 3u : 0u});
+        if (workgroup == 8 || (workgroup == 32) == (shape == Shape::group))
+          add("cells_" + name, {.shape = shape, .workgroup = workgroup, .cell = workgroup == 8 ? 3u : 0u});
       }
     }
   }
