@@ -30,25 +30,36 @@ struct Way {
 std::vector<Way> ways() {
   std::vector<Way> all;
   for (const DeviceInfo& device : list_devices()) {
-    const auto add = [&](std::string name, const Tuning& tuning) {
+    const auto add = [&](std::string name, Method method, CellKernel kernel, const Tuning& tuning) {
       Way way{device.id + "_" + name, {}};
       std::replace(way.name.begin(), way.name.end(), ':', '_');
+      way.options.method = method;
+      way.options.kernel = kernel;
       way.options.device = device.id;
       way.options.tuning = tuning;
       all.push_back(way);
     };
     if (device.id == "native") {
       for (const std::uint32_t tile : {31, 9, 2})
-        add("tile" + std::to_string(tile), {.tile_coordinates = tile});
+        add("slices_tile" + std::to_string(tile), Method::slices, {}, {.tile_coordinates = tile});
+      for (const std::uint32_t cell : {0, 1, 3, 100}) {
+        const std::string size = std::to_string(cell);
+        add("occupancy_cell" + size, Method::cells, CellKernel::occupancy, {.cell = cell});
+        add("faces_cell" + size, Method::cells, CellKernel::faces, {.cell = cell});
+      }
       continue;
     }
     for (const std::uint32_t workgroup : {1, 8, 32}) {
       const std::string size = std::to_string(workgroup);
       for (const Shape shape : {Shape::group, Shape::item}) {
         const std::string name = (shape == Shape::group ? "group" : "item") + size;
-        add("slices_" + name,
-            {.shape = shape, .workgroup = workgroup, .tile_coordinates = workgroup == 8 ? 5u : 31u});
-        add("cells_" + name, {.shape = shape, .workgroup = workgroup, .cell = workgroup == 8 ? 3u : 0u});
+        const Tuning tuning{.shape = shape,
+                            .workgroup = workgroup,
+                            .tile_coordinates = workgroup == 8 ? 5u : 31u,
+                            .cell = workgroup == 8 ? 3u : 0u};
+        add("slices_" + name, Method::slices, {}, tuning);
+        add("occupancy_" + name, Method::cells, CellKernel::occupancy, tuning);
+        if (workgroup == 8) add("faces_" + name, Method::cells, CellKernel::faces, tuning);
       }
     }
   }
