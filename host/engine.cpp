@@ -30,10 +30,19 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
     const Axes axes = make_axes(boxes);
     watch.lap("axes");
     MassSink sink(axes);
-    if (options.method == Method::cells)
-      unite_by_cells(boxes, axes, options, nullptr, &sink, r);
+    MaskCounter counter(sink);
+    VertexSink* const vertices = options.statistics ? static_cast<VertexSink*>(&counter) : &sink;
+    if (options.method == Method::slices)
+      unite_by_slices(ordinal_boxes(boxes, axes), options, *vertices, r);
+    else if (options.statistics)
+      unite_by_cells(boxes, axes, options, vertices, nullptr, r);
     else
-      unite_by_slices(ordinal_boxes(boxes, axes), options, sink, r);
+      unite_by_cells(boxes, axes, options, nullptr, &sink, r);
+    if (options.statistics) {
+      Stopwatch sums(r);
+      r.statistics = {sum_boxes(boxes), vertex_kinds(counter.counts())};
+      sums.lap("statistics");
+    }
     result = sink.result();
     watch.total("total");
   });
