@@ -87,9 +87,11 @@ class TileCutter {
     std::vector<std::uint8_t> covered;                // by cell
     std::vector<std::array<std::uint32_t, 2>> pairs;  // cell, box
     std::vector<std::uint32_t> sorted;                // boxes by cell
+    std::vector<std::uint32_t> kept;                  // boxes that are not hidden
   };
 
-  Grid choose_grid(const PackedRegion& region, Items items) const;
+  Items drop_hidden(const PackedRegion& region, Items items, std::vector<std::uint32_t>& kept) const;
+  Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
   void cut_by_grid(const Grid& grid, Items items, std::size_t depth);
   bool mark_covered(const Grid& grid, Items items, Level& level) const;
   void sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const;
