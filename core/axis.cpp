@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
@@ -122,7 +123,9 @@ Axis lattice_of(const Extent& extent) {
 
 template <class Boxes>
 Axis rank_of(const Boxes& boxes, unsigned axis) {
-  std::vector<double> coordinates(2 * boxes.size());
+  const std::size_t count = 2 * boxes.size();
+  std::vector<double> coordinates = with_memory("sorting the coordinates", count * sizeof(double),
+                                                [&] { return std::vector<double>(count); });
   parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       coordinates[2 * i] = double(boxes[i][axis]) + 0.0;  // -0.0 becomes 0.0
@@ -214,7 +217,8 @@ std::vector<OrdinalBox> ordinal_boxes(const BoxSet& set, const Axes& axes) {
     });
     std::partial_sum(starts.begin(), starts.end(), starts.begin());
 
-    std::vector<OrdinalBox> result(starts.back());
+    std::vector<OrdinalBox> result = with_memory("the boxes in ordinals", starts.back() * sizeof(OrdinalBox),
+                                                 [&] { return std::vector<OrdinalBox>(starts.back()); });
     parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t chunk = begin; chunk < end; ++chunk) {
         OrdinalBox* out = result.data() + starts[chunk];

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/error.hpp"
+
 namespace boxunion {
 namespace {
 
@@ -92,6 +94,7 @@ void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, Latt
 
 /// Cuts a region, whatever its boxes are, into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, std::size_t depth) {
+  if (tuning_.interrupted && *tuning_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
   const bool fixed_grid = tuning_.cell && depth == 0;
   if (items.size() <= tuning_.cell_boxes && !fixed_grid) return add_cell(region, items);
   items = drop_hidden(region, items, levels_[depth].kept);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -55,6 +56,8 @@ class TileCutter {
   struct Tuning {
     std::uint32_t cell = 0;  ///< edge of a cell in ordinals, rounded up to a power of two; 0: by estimate
     std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is cut again; 0: what proved fastest
+    const std::atomic<bool>* interrupted =
+        nullptr;  ///< where it becomes true, cut() throws Error(interrupted)
   };
   explicit TileCutter(Tuning tuning);
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/memory.hpp"
+
 namespace boxunion {
 
 void SolidSink::add(std::span<const Vertex> vertices) {
@@ -13,7 +15,7 @@ Solid SolidSink::take(Axes axes) {
   std::size_t count = 0;
   vertices_.for_each([&](const std::vector<Vertex>& part) { count += part.size(); });
   Solid solid{std::move(axes), {}};
-  solid.vertices.reserve(count);
+  with_memory("collecting the vertices", count * sizeof(Vertex), [&] { solid.vertices.reserve(count); });
   vertices_.for_each([&](std::vector<Vertex>& part) {
     solid.vertices.insert(solid.vertices.end(), part.begin(), part.end());
     part = {};  // gives its memory back at once

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <new>
 
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
 
+#include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
@@ -23,7 +24,7 @@ PackedBox* allocate_boxes(std::size_t count) {
   constexpr std::size_t kPage = std::size_t{1} << 21;
   const std::size_t bytes = (std::max<std::size_t>(count, 1) * sizeof(PackedBox) + kPage - 1) / kPage * kPage;
   void* memory = std::aligned_alloc(kPage, bytes);
-  if (!memory) throw std::bad_alloc();
+  if (!memory) throw_out_of_memory("sorting the boxes into tiles", bytes);
 #if defined(__linux__)
   madvise(memory, bytes, MADV_HUGEPAGE);
 #endif
@@ -75,7 +76,15 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
   return plan;
 }
 
-TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan), boxes_(nullptr, std::free) {
+TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
+    : plan_(plan), boxes_(nullptr, std::free) {
+  /// source.read, but it sees an interruption soon.
+  const auto read = [&](std::size_t begin, std::size_t end, auto&& f) {
+    for (; begin < end; begin += kGrain) {
+      if (interrupted && *interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+      source.read(begin, std::min(begin + kGrain, end), f);
+    }
+  };
   const std::array<std::uint32_t, 3> edge_ = edge();
   const std::size_t tiles = plan.count(), n = source.size();
   const auto tile_of = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
@@ -107,7 +116,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan),
   const Pass pass = parallel_reduce(
       0, n, kGrain, Pass{nothing, {}},
       [&](std::size_t begin, std::size_t end, Pass p) {
-        source.read(begin, end, [&](const OrdinalBox& box) {
+        read(begin, end, [&](const OrdinalBox& box) {
           for (int a = 0; a < 3; ++a) {
             p.bounds.lo[a] = std::min(p.bounds.lo[a], box.lo[a]);
             p.bounds.hi[a] = std::max(p.bounds.hi[a], box.hi[a]);
@@ -146,7 +155,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan),
     for (std::size_t c = first_chunk; c < end_chunk; ++c) {
       auto& count = place[c];
       count.assign(tiles, 0);
-      source.read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
+      read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
         each_tile(box, [&](auto, auto, auto, std::size_t tile) { count[tile] += !covered(tile); });
       });
     }
@@ -161,7 +170,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan),
   boxes_.reset(allocate_boxes(sum));
   parallel_ranges(0, chunks, 1, [&](std::size_t first_chunk, std::size_t end_chunk) {
     for (std::size_t c = first_chunk; c < end_chunk; ++c)
-      source.read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
+      read(chunk_begin(c), chunk_begin(c + 1), [&](const OrdinalBox& box) {
         each_tile(box, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t tile) {
           if (covered(tile)) return;
           const std::array<std::uint32_t, 3> at{x, y, z};

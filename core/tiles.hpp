@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,7 +51,9 @@ class TileGrid {
   /// most 2^max_log_edge ordinals.
   static Plan plan(const OrdinalSource& source, const std::array<std::uint32_t, 3>& counts, int max_log_edge);
 
-  TileGrid(const OrdinalSource& source, const Plan& plan);
+  /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
+  /// becomes true.
+  TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
   std::size_t size() const { return plan_.count(); }
   std::span<const PackedBox> boxes(std::size_t tile) const {
