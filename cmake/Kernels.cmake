@@ -15,6 +15,7 @@ endif()
 # The list of kernels.
 function(boxunion_add_kernels target)
   boxunion_kernel(${target} contour)
+  boxunion_kernel(${target} cell_faces)
   boxunion_kernel(${target} cell_occupancy)
   boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy DEFINES SUMS)
 endfunction()

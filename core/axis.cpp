@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 #include "core/radix_sort.hpp"
 
@@ -199,7 +200,8 @@ class SolidBoxes {
 /// The ordinals of boxes on those axes that have any.
 template <class Boxes>
 std::vector<OrdinalBox> convert(const SolidBoxes<Boxes>& boxes, const Axes& axes) {
-  std::vector<OrdinalBox> result(boxes.count());
+  std::vector<OrdinalBox> result = with_memory("the boxes in ordinals", boxes.count() * sizeof(OrdinalBox),
+                                               [&] { return std::vector<OrdinalBox>(boxes.count()); });
   boxes.each([&](const auto& box, std::size_t place) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       if (axes[axis].count() == 0) continue;

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/error.hpp"
+
 namespace boxunion {
 namespace {
 
@@ -92,18 +94,61 @@ void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, Latt
 
 /// Cuts a region, whatever its boxes are, into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, std::size_t depth) {
+  if (tuning_.interrupted && *tuning_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
   const bool fixed_grid = tuning_.cell && depth == 0;
-  if (items.size() <= std::min(tuning_.cell_boxes, kRanks / 2) && !fixed_grid) return add_cell(region, items);
+  const std::size_t surely_fits = std::min(tuning_.cell_boxes, kRanks / 2);
+  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items);
+  items = drop_hidden(region, items, levels_[depth].kept);
+  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items);
   if ((items.size() > kGridBoxes || fixed_grid) && depth < kMostDepth) {
-    const Grid grid = choose_grid(region, items);
+    const Grid grid = choose_grid(region, items, fixed_grid);
     if (grid.count() > 1) return cut_by_grid(grid, items, depth);
   }
   stack_.assign(items.begin(), items.end());
   halve(region, 0);
 }
 
-/// A grid whose cells hold a handful of boxes, by estimate from a sample.
-TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items) const {
+/// Drops boxes that, within the region, lie inside another one: of boxes that are nested, concentric or alike
+/// few are left before any grid multiplies them. As long as the largest box of a sample hides a quarter of
+/// the sample it is tried on all, so a region without such boxes pays for the sample only, and others a
+/// linear number of tests. May return memory of `kept`.
+TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items items,
+                                          std::vector<std::uint32_t>& kept) const {
+  constexpr std::size_t kSample = 32;
+  while (items.size() > 2 * kSample) {
+    const std::size_t step = (items.size() + kSample - 1) / kSample;
+    std::uint32_t largest = items[0];
+    double most = -1;
+    for (std::size_t i = 0; i < items.size(); i += step) {
+      double volume = 1;
+      for (int a = 0; a < 3; ++a)
+        volume *= double(std::min(field(boxes_[items[i]].hi, a), field(region.hi, a))) -
+                  double(std::max(field(boxes_[items[i]].lo, a), field(region.lo, a) - 1));
+      if (volume > most) largest = items[i], most = volume;
+    }
+    // what lies beyond the region does not count
+    PackedBox outer = boxes_[largest];
+    for (int a = 0; a < 3; ++a) {
+      if (field(outer.lo, a) < field(region.lo, a)) outer.lo = packed::with_field(outer.lo, a, 0);
+      if (field(outer.hi, a) >= field(region.hi, a)) outer.hi = packed::with_field(outer.hi, a, packed::kMax);
+    }
+    const auto hidden = [&](std::uint32_t i) {
+      return packed::all_le(outer.lo, boxes_[i].lo) && packed::all_le(boxes_[i].hi, outer.hi) && i != largest;
+    };
+    std::size_t sample = 0, hidden_sample = 0;
+    for (std::size_t i = 0; i < items.size(); i += step) ++sample, hidden_sample += hidden(items[i]);
+    if (4 * hidden_sample < sample) break;
+    kept.resize(std::max(kept.size(), items.size()));  // may be where the items are
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < items.size(); ++i)
+      if (const std::uint32_t item = items[i]; !hidden(item)) kept[count++] = item;
+    items = Items(kept).first(count);
+  }
+  return items;
+}
+
+/// A grid whose cells hold a handful of boxes, by estimate from a sample; or of cells of the size asked for.
+TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items, bool fixed) const {
   Grid grid{region, {}, {}};
   std::array<std::uint32_t, 3> edge;
   for (int a = 0; a < 3; ++a) {
@@ -113,7 +158,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
   const auto count_cells = [&] {
     for (int a = 0; a < 3; ++a) grid.cells[a] = ((edge[a] - 1) >> grid.log_edge[a]) + 1;
   };
-  if (tuning_.cell) {
+  if (fixed) {
     for (int& log : grid.log_edge) log = std::min(log, int(std::bit_width(tuning_.cell - 1)));
     count_cells();
     for (; grid.count() > kMostCells; count_cells()) ++*std::ranges::min_element(grid.log_edge);

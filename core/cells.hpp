@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -55,6 +56,8 @@ class TileCutter {
   struct Tuning {
     std::uint32_t cell = 0;  ///< edge of a cell in ordinals, rounded up to a power of two; 0: by estimate
     std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is cut again; 0: what proved fastest
+    const std::atomic<bool>* interrupted =
+        nullptr;  ///< where it becomes true, cut() throws Error(interrupted)
   };
   explicit TileCutter(Tuning tuning);
 
@@ -87,9 +90,11 @@ class TileCutter {
     std::vector<std::uint8_t> covered;                // by cell
     std::vector<std::array<std::uint32_t, 2>> pairs;  // cell, box
     std::vector<std::uint32_t> sorted;                // boxes by cell
+    std::vector<std::uint32_t> kept;                  // boxes that are not hidden
   };
 
-  Grid choose_grid(const PackedRegion& region, Items items) const;
+  Items drop_hidden(const PackedRegion& region, Items items, std::vector<std::uint32_t>& kept) const;
+  Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
   void cut_by_grid(const Grid& grid, Items items, std::size_t depth);
   bool mark_covered(const Grid& grid, Items items, Level& level) const;
   void sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const;

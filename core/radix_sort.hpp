@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
@@ -36,7 +37,9 @@ class Scratch {
 
  public:
   explicit Scratch(std::size_t size)
-      : bytes_(std::make_unique_for_overwrite<std::byte[]>(size * sizeof(T))), size_(size) {}
+      : bytes_(with_memory("sorting", size * sizeof(T),
+                           [&] { return std::make_unique_for_overwrite<std::byte[]>(size * sizeof(T)); })),
+        size_(size) {}
   operator std::span<T>() { return {reinterpret_cast<T*>(bytes_.get()), size_}; }
 
  private:

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/memory.hpp"
 #include "core/radix_sort.hpp"
 
 namespace boxunion {
@@ -16,7 +17,7 @@ Solid SolidSink::take(Axes axes) {
   std::size_t count = 0;
   vertices_.for_each([&](const std::vector<Vertex>& part) { count += part.size(); });
   Solid solid{std::move(axes), {}};
-  solid.vertices.reserve(count);
+  with_memory("collecting the vertices", count * sizeof(Vertex), [&] { solid.vertices.reserve(count); });
   vertices_.for_each([&](std::vector<Vertex>& part) {
     solid.vertices.insert(solid.vertices.end(), part.begin(), part.end());
     part = {};  // gives its memory back at once

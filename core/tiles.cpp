@@ -9,6 +9,8 @@
 #include <sys/mman.h>
 #endif
 
+#include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
@@ -22,7 +24,7 @@ PackedBox* allocate_boxes(std::size_t count) {
   constexpr std::size_t kPage = std::size_t{1} << 21;
   const std::size_t bytes = (std::max<std::size_t>(count, 1) * sizeof(PackedBox) + kPage - 1) / kPage * kPage;
   void* memory = std::aligned_alloc(kPage, bytes);
-  if (!memory) throw std::bad_alloc();
+  if (!memory) throw_out_of_memory("sorting the boxes into tiles", bytes);
 #if defined(__linux__)
   madvise(memory, bytes, MADV_HUGEPAGE);
 #endif
@@ -74,7 +76,8 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
   return plan;
 }
 
-TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan), boxes_(nullptr, std::free) {
+TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
+    : plan_(plan), interrupted_(interrupted), boxes_(nullptr, std::free) {
   // a counting sort: each chunk of the boxes counts, then writes its own places in every tile
   const std::size_t tiles = plan.count(), n = source.size();
   std::vector<Chunk> chunks(std::clamp<std::size_t>(n / (4 * tiles + 1), 1, 8));
@@ -104,6 +107,16 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan) : plan_(plan),
   });
 }
 
+/// Calls f(box) for a chunk's boxes; sees an interruption soon.
+template <class F>
+void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) const {
+  constexpr std::size_t kPiece = 1u << 15;
+  for (std::size_t i = chunk.begin; i < chunk.end; i += kPiece) {
+    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    source.read(i, std::min(i + kPiece, chunk.end), f);
+  }
+}
+
 /// Calls f(x, y, z, tile) for every tile that the box touches and that is not covered.
 template <class F>
 void TileGrid::each_tile(const OrdinalBox& box, F&& f) const {
@@ -127,7 +140,7 @@ void TileGrid::count(const OrdinalSource& source, std::vector<Chunk>& chunks) co
       chunk.place.assign(plan_.count(), 0);
       chunk.wide.clear();
       OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-      source.read(chunk.begin, chunk.end, [&](const OrdinalBox& box) {
+      read(source, chunk, [&](const OrdinalBox& box) {
         bool wide = true;
         for (int a = 0; a < 3; ++a) {
           bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
@@ -168,7 +181,7 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
   std::vector<PackedBox> stage(staged ? kStaged * plan_.count() : 0);
   std::vector<std::uint8_t> filled(staged ? plan_.count() : 0);
   const std::array<std::uint32_t, 3> edges = edge();
-  source.read(chunk.begin, chunk.end, [&](const OrdinalBox& box) {
+  read(source, chunk, [&](const OrdinalBox& box) {
     each_tile(box, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t tile) {
       const std::array<std::uint32_t, 3> at{x, y, z};
       std::array<std::uint32_t, 3> lo, hi;  // packed coordinates count from 1 at the corner

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,7 +51,9 @@ class TileGrid {
   /// most 2^max_log_edge ordinals.
   static Plan plan(const OrdinalSource& source, const std::array<std::uint32_t, 3>& counts, int max_log_edge);
 
-  TileGrid(const OrdinalSource& source, const Plan& plan);
+  /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
+  /// becomes true.
+  TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
   std::size_t size() const { return plan_.count(); }
   std::span<const PackedBox> boxes(std::size_t tile) const {
@@ -78,12 +81,15 @@ class TileGrid {
     return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
   }
   template <class F>
+  void read(const OrdinalSource& source, const Chunk& chunk, F&& f) const;
+  template <class F>
   void each_tile(const OrdinalBox& box, F&& f) const;
   void count(const OrdinalSource& source, std::vector<Chunk>& chunks) const;
   bool mark_covered(const std::vector<Chunk>& chunks);
   void scatter(const OrdinalSource& source, Chunk& chunk);
 
   Plan plan_;
+  const std::atomic<bool>* interrupted_;
   std::vector<std::size_t> first_;  // by tile, and the end
   std::vector<std::uint8_t> covered_;
   std::unique_ptr<PackedBox, void (*)(void*)> boxes_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <stdexcept>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -20,7 +21,10 @@ struct Parameters {
 };
 
 const KernelSource& source(CellKernel kernel, bool sums) {
-  (void)kernel;
+  if (kernel == CellKernel::faces) {
+    if (sums) throw std::logic_error("the kernel faces gives vertices only");
+    return kernels::cell_faces();
+  }
   return sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
 }
 

@@ -16,7 +16,7 @@ namespace boxunion {
 /// Where the cells of a run end: as vertices, or on a lattice as sums of them.
 struct CellSink {
   VertexSink* vertices = nullptr;
-  MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`
+  MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`; not with CellKernel::faces
 };
 
 /// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.

@@ -56,7 +56,7 @@ class CellRunner {
         options_(options),
         sink_(sink),
         report_(report),
-        cutters_(TileCutter({options.tuning.cell, options.tuning.cell_boxes})) {}
+        cutters_(TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted})) {}
 
   void run() {
     std::unique_ptr<Device> device = open_device(options_.device);
@@ -204,7 +204,7 @@ void unite_by_cells(const BoxSet& boxes, Ordinals ordinals, const Options& optio
     }
   }
   watch.lap("plan");
-  const TileGrid grid(*source, plan);
+  const TileGrid grid(*source, plan, options.interrupted);
   watch.lap("tiles");
   CellRunner(grid, options, cells, report).run();
   if (cells.sums && grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());

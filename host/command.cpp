@@ -78,6 +78,26 @@ void add_report(std::vector<Result>& results, const Report& report) {
   results.push_back({"seconds", "{" + json + "}", fmt::format("{}", total)});
 }
 
+/// UNION3's table 1 as far as the mass properties do not say it; no cells with method slices.
+std::vector<Result> statistics_results(const Report& report) {
+  std::vector<Result> results;
+  if (report.method == "cells")
+    results = {count_result("cells", report.cells.cells),
+               count_result("covered_cells", report.cells.covered_cells),
+               count_result("cell_box_overlaps", report.cells.items)};
+  const auto& [boxes, vertices] = *report.statistics;
+  for (const Result& result :
+       {number_result("box_volume_sum", boxes.volume), number_result("box_area_sum", boxes.area),
+        number_result("box_edge_length_sum", boxes.edge_length),
+        count_result("input_vertices", boxes.vertices),
+        count_result("visible_input_vertices", vertices.visible_input),
+        count_result("edge_face_vertices", vertices.edge_face),
+        count_result("three_face_vertices", vertices.three_face),
+        count_result("other_vertices", vertices.other)})
+    results.push_back(result);
+  return results;
+}
+
 }  // namespace
 
 void measure(const std::string& input, const Common& common) {
@@ -102,6 +122,17 @@ void measure(const std::string& input, const Common& common) {
                                  rows_result("inertia", mass.inertia),
                                  count_result("vertices", mass.vertices),
                                  count_result("extreme_vertices", mass.extreme_vertices)};
+  if (report.statistics) {
+    const std::vector<Result> statistics = statistics_results(report);
+    if (common.json) {
+      std::string json;
+      for (const Result& result : statistics)
+        json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(result.key), result.json);
+      results.push_back({"statistics", "{" + json + "}", ""});
+    } else {
+      results.insert(results.end(), statistics.begin(), statistics.end());
+    }
+  }
   add_report(results, report);
   print_results(results, common.json);
 }

@@ -14,8 +14,7 @@ namespace boxunion::command {
 
 /// Options that several subcommands take.
 struct Common {
-  Options engine;           ///< method, device, threads, tuning
-  bool statistics = false;  ///< measure: print what the cells did
+  Options engine;  ///< method, device, threads, tuning, statistics
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;
 };

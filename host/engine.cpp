@@ -46,7 +46,15 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
     Ordinals ordinals = find_ordinals(boxes, options);
     watch.lap("ordinals");
     MassSink sink(ordinals.axes);
-    unite(boxes, std::move(ordinals), options, nullptr, &sink, r);
+    if (options.statistics) {
+      MaskCounter counter(sink);
+      unite(boxes, std::move(ordinals), options, &counter, nullptr, r);
+      Stopwatch sums(r);
+      r.statistics = {sum_boxes(boxes), vertex_kinds(counter.counts())};
+      sums.lap("statistics");
+    } else {
+      unite(boxes, std::move(ordinals), options, nullptr, &sink, r);
+    }
     result = sink.result();
     watch.total("total");
   });

@@ -12,6 +12,7 @@
 #include "core/cells.hpp"
 #include "core/mass.hpp"
 #include "core/solid.hpp"
+#include "core/statistics.hpp"
 #include "host/device.hpp"
 
 namespace boxunion {
@@ -41,6 +42,7 @@ struct Options {
   std::string device = "auto";  ///< see open_device
   int threads = 0;              ///< threads of the host, 0 for one per core
   Tuning tuning{};
+  bool statistics = false;  ///< measure: fill Report::statistics, which costs some speed
 
   /// Called now and then, from any thread, with the fraction of the work that is done (0 to 1).
   std::function<void(double)> progress{};
@@ -50,6 +52,12 @@ struct Options {
   const std::atomic<bool>* interrupted = nullptr;
 };
 
+/// What UNION3's table 1 says of a run, beside Report::cells and the mass properties.
+struct Statistics {
+  BoxSums boxes;
+  VertexKinds vertices;
+};
+
 /// How a run went.
 struct Report {
   std::string method;  ///< "cells", "slices"
@@ -57,7 +65,8 @@ struct Report {
   std::string device;  ///< DeviceInfo::id of the device that was used
   /// Seconds by stage in order of work; the last is "total", from boxes in memory to the result.
   std::vector<std::pair<std::string, double>> seconds;
-  CellStatistics cells;  ///< method cells: what the grid did
+  CellStatistics cells;                  ///< method cells: what the grid did
+  std::optional<Statistics> statistics;  ///< if asked for
 };
 
 /// Mass properties of the union of `boxes`, without ever holding its vertices.

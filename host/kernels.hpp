@@ -7,6 +7,7 @@
 namespace boxunion::kernels {
 
 const KernelSource& contour();
+const KernelSource& cell_faces();           ///< vertices
 const KernelSource& cell_occupancy();       ///< vertices
 const KernelSource& cell_occupancy_sums();  ///< integer sums
 

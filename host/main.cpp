@@ -93,6 +93,8 @@ class CommandLine {
         app_.add_subcommand("measure", "Mass properties: volume, area, edge length, centroid, ...");
     add_input(sub);
     add_engine_options(sub);
+    sub->add_flag("--statistics", common_.engine.statistics,
+                  "Print what the cells did, sums over the boxes, and the vertices by kind");
     add_print_options(sub);
     sub->callback([this] { command::measure(input_, common_); });
   }

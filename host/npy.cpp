@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/octants.hpp"
 #include "core/parallel.hpp"
 #include "host/formats.hpp"
@@ -157,7 +158,8 @@ std::vector<BoxOf<T>> read_array(const InputFile& file, const Layout& layout) {
     reject(file, fmt::format("found {} bytes after the {} rows of the header, expected none",
                              bytes - layout.rows * 6 * sizeof(Stored), layout.rows));
 
-  std::vector<BoxOf<T>> boxes(layout.rows);
+  std::vector<BoxOf<T>> boxes = with_memory(file.name(), layout.rows * sizeof(BoxOf<T>),
+                                            [&] { return std::vector<BoxOf<T>>(layout.rows); });
   const auto read_stored = [&](std::uint64_t index, std::span<Stored> values) {
     file.read_at(layout.offset + index * sizeof(Stored),
                  {reinterpret_cast<char*>(values.data()), values.size_bytes()});

@@ -215,6 +215,57 @@ TEST_F(Command, MeasurePrintsTheKeysOfTheContract) {
       << table.out;
 }
 
+TEST_F(Command, MeasurePrintsStatistics) {
+  folder_.write("a.csv", "0,0,0,5,5,5\n2,3,4,8,9,10\n0,0,0,0,5,5\n");
+  for (const std::string kernel : {"occupancy", "faces"}) {
+    const nlohmann::json result =
+        json("measure a.csv --statistics --json --device native --kernel " + kernel);
+    EXPECT_EQ(result.at("kernel"), kernel);
+    EXPECT_EQ(result.at("statistics"), nlohmann::json({{"cells", 1},
+                                                       {"covered_cells", 0},
+                                                       {"cell_box_overlaps", 2},
+                                                       {"box_volume_sum", 341},
+                                                       {"box_area_sum", 366},
+                                                       {"box_edge_length_sum", 132},
+                                                       {"input_vertices", 16},
+                                                       {"visible_input_vertices", 14},
+                                                       {"edge_face_vertices", 6},
+                                                       {"three_face_vertices", 0},
+                                                       {"other_vertices", 0}}));
+  }
+  const std::string table = run("measure a.csv --statistics").out;
+  EXPECT_NE(table.find("\ncell box overlaps       2\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("\nedge face vertices      6\n"), std::string::npos) << table;
+  EXPECT_FALSE(json("measure a.csv --statistics --json --method slices").at("statistics").contains("cells"));
+}
+
+TEST_F(Command, OutOfMemoryExitsWith5AndSaysHowMuchWasNeeded) {
+  ASSERT_EQ(run("generate cubes --count 5000000 --edge 30 -o big.npy --quiet").status, 0);
+  // the first limit is too low for the file's 120 MB, the second one for the boxes beside it
+  for (const auto& [kilobytes, what] :
+       {std::pair{"115000", "big.npy needs 120000000"}, {"200000", "sorting the boxes into tiles needs "}}) {
+    const Outcome r = shell("ulimit -v "s + kilobytes +
+                            "; " BOXUNION_COMMAND " measure big.npy --device native --threads 2");
+    EXPECT_EQ(r.status, 5);
+    EXPECT_EQ(r.out, "");
+    EXPECT_TRUE(r.err.starts_with("boxunion: error: out of memory: "s + what)) << r.err;
+    EXPECT_TRUE(r.err.ends_with(" bytes in one piece\n")) << r.err;
+  }
+}
+
+TEST_F(Command, AnInterruptedRunLeavesTheOldOutput) {
+  ASSERT_EQ(run("generate cubes --count 5000000 --edge 30 -o big.npy --quiet").status, 0);
+  folder_.write("out.csv", "old");
+  for (const std::string seconds : {"0.05", "0.2", "0.4"}) {
+    const Outcome r = shell("timeout --preserve-status -k 30 -s INT " + seconds +
+                            " " BOXUNION_COMMAND " boundary big.npy -o out.csv --device native");
+    EXPECT_EQ(r.status, 130);
+    EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
+    EXPECT_EQ(folder_.read("out.csv"), "old");
+    EXPECT_EQ(folder_.file_count(), 2u);
+  }
+}
+
 TEST_F(Command, BoundaryWritesTheVertices) {
   folder_.write("a.csv", "0,0,0,1,2,3.25\n");
   const nlohmann::json result = json("boundary a.csv -o v.csv --json");
