@@ -109,33 +109,29 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
 
   // bounds, and the tiles that one box covers
   const OrdinalBox nothing{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-  struct Pass {
-    OrdinalBox bounds;
-    std::vector<OrdinalBox> wide;
-  };
-  const Pass pass = parallel_reduce(
-      0, n, kGrain, Pass{nothing, {}},
-      [&](std::size_t begin, std::size_t end, Pass p) {
+  PerThread<std::vector<OrdinalBox>> wide_boxes;  // beside the reduction, which copies its values
+  bounds_ = parallel_reduce(
+      0, n, kGrain, nothing,
+      [&](std::size_t begin, std::size_t end, OrdinalBox bounds) {
+        auto& wide = wide_boxes.local();
         read(begin, end, [&](const OrdinalBox& box) {
           for (int a = 0; a < 3; ++a) {
-            p.bounds.lo[a] = std::min(p.bounds.lo[a], box.lo[a]);
-            p.bounds.hi[a] = std::max(p.bounds.hi[a], box.hi[a]);
+            bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
+            bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
           }
-          if (is_wide(box)) p.wide.push_back(box);
+          if (is_wide(box)) wide.push_back(box);
         });
-        return p;
+        return bounds;
       },
-      [](Pass p, const Pass& q) {
+      [](OrdinalBox p, const OrdinalBox& q) {
         for (int a = 0; a < 3; ++a) {
-          p.bounds.lo[a] = std::min(p.bounds.lo[a], q.bounds.lo[a]);
-          p.bounds.hi[a] = std::max(p.bounds.hi[a], q.bounds.hi[a]);
+          p.lo[a] = std::min(p.lo[a], q.lo[a]);
+          p.hi[a] = std::max(p.hi[a], q.hi[a]);
         }
-        p.wide.insert(p.wide.end(), q.wide.begin(), q.wide.end());
         return p;
       });
-  bounds_ = pass.bounds;
-  if (!pass.wide.empty()) covered_.assign(tiles, 0);
-  for (const OrdinalBox& box : pass.wide) {
+  const auto mark_covered = [&](const OrdinalBox& box) {
+    if (covered_.empty()) covered_.assign(tiles, 0);
     std::array<std::uint32_t, 3> from,
         to;  // covered tiles from .. to - 1: box.lo < corner, corner + edge <= box.hi
     for (int a = 0; a < 3; ++a) {
@@ -145,7 +141,9 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     for (std::uint32_t z = from[2]; z < to[2]; ++z)
       for (std::uint32_t y = from[1]; y < to[1]; ++y)
         for (std::uint32_t x = from[0]; x < to[0]; ++x) covered_[tile_of(x, y, z)] = 1;
-  }
+  };
+  wide_boxes.for_each(
+      [&](const std::vector<OrdinalBox>& wide) { std::ranges::for_each(wide, mark_covered); });
 
   // a counting sort: each chunk of the boxes counts, then writes its own places in every tile
   const std::size_t chunks = std::clamp<std::size_t>(n / (4 * tiles + 1), 1, 8);
