@@ -6,9 +6,12 @@
 namespace boxunion {
 namespace {
 
-constexpr std::uint32_t kRanks = 31;  // distinct coordinates an axis that a kernel holds
-constexpr std::uint32_t kDefaultCellBoxes = 12;
-constexpr std::uint32_t kMostCells = 1u << 18;  // of a tile's grid
+constexpr std::uint32_t kRanks = 31;             // distinct coordinates an axis that a kernel holds
+constexpr std::uint32_t kDefaultCellBoxes = 12;  // a cell with more is cut again
+constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on average
+constexpr std::size_t kMostCells = 1u << 18;     // of a grid
+constexpr std::size_t kGridBoxes = 200;  // a crowded cell with more gets a grid, with fewer it is halved
+constexpr std::size_t kMostDepth = 8;    // of grids within grids
 
 using packed::field;
 
@@ -21,6 +24,21 @@ void CellBatch::clear() {
   runs.clear();
 }
 
+void CellBatch::append(const CellBatch& other) {
+  const auto shift_box = std::uint32_t(boxes.size()), shift_item = std::uint32_t(items.size()),
+             shift_cell = std::uint32_t(cells.size());
+  boxes.insert(boxes.end(), other.boxes.begin(), other.boxes.end());
+  for (const std::uint32_t i : other.items) items.push_back(i + shift_box);
+  for (Cell c : other.cells) {
+    c.first += shift_item;
+    cells.push_back(c);
+  }
+  for (CellRun r : other.runs) {
+    r.first += shift_cell;
+    runs.push_back(r);
+  }
+}
+
 CellStatistics& CellStatistics::operator+=(const CellStatistics& other) {
   cells += other.cells;
   covered_cells += other.covered_cells;
@@ -28,224 +46,275 @@ CellStatistics& CellStatistics::operator+=(const CellStatistics& other) {
   return *this;
 }
 
-void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& size,
-                     const std::array<std::uint32_t, 3>& origin, std::uint32_t cells_per_run,
-                     CellBatch& batch, LatticeSums* covered) {
+PackedRegion TileCutter::Grid::cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+  const std::array<std::uint32_t, 3> at{x, y, z};
+  std::array<std::uint32_t, 3> lo, hi;
+  for (int a = 0; a < 3; ++a) {
+    const std::uint32_t base = field(region.lo, a);
+    lo[a] = base + (at[a] << log_edge[a]);
+    hi[a] = std::min(lo[a] + (1u << log_edge[a]), field(region.hi, a));
+  }
+  return {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
+}
+
+TileCutter::TileCutter(Tuning tuning) : tuning_(tuning), levels_(kMostDepth + 1) {
+  if (!tuning_.cell_boxes) tuning_.cell_boxes = kDefaultCellBoxes;
+}
+
+void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
+                     const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
+                     LatticeSums* covered) {
   boxes_ = boxes;
-  size_ = size;
   batch_ = &batch;
   covered_ = covered;
   first_box_ = std::uint32_t(batch.boxes.size());
   batch.boxes.insert(batch.boxes.end(), boxes.begin(), boxes.end());
+  while (all_.size() < boxes.size()) all_.push_back(std::uint32_t(all_.size()));
   const std::size_t first_cell = batch.cells.size();
-  choose_cell_size();
-  cut_grid();
-  for (std::size_t c = first_cell; c < batch.cells.size(); c += cells_per_run)
-    batch.runs.push_back({std::uint32_t(c),
-                          std::uint32_t(std::min<std::size_t>(cells_per_run, batch.cells.size() - c)),
-                          origin});
-}
-
-void TileCutter::choose_cell_size() {
-  if (tuning_.cell) {
-    for (int a = 0; a < 3; ++a) cell_log_[a] = std::bit_width(tuning_.cell - 1);
-  } else {
-    // mean extent of the boxes, from a sample
-    std::array<double, 3> extent{};
-    const std::size_t step = std::max<std::size_t>(1, boxes_.size() / 256);
-    std::size_t sample = 0;
-    for (std::size_t i = 0; i < boxes_.size(); i += step, ++sample)
-      for (int a = 0; a < 3; ++a) extent[a] += field(boxes_[i].hi, a) - field(boxes_[i].lo, a);
-    for (double& e : extent) e /= double(sample);
-    // halve the axis along which the cell is largest relative to the boxes while cells hold too many
-    for (int a = 0; a < 3; ++a) cell_log_[a] = std::bit_width(size_[a] - 1);
-    constexpr double kBoxesPerCell = 5;
-    for (;;) {
-      double items = double(boxes_.size()), cells = 1;
-      int widest = 0;
-      double most = 0;
-      for (int a = 0; a < 3; ++a) {
-        const double edge = double(1u << cell_log_[a]);
-        items *= 1 + extent[a] / edge;
-        cells *= std::max(1.0, size_[a] / edge);
-        if (edge / (extent[a] + 1) > most && cell_log_[a] > 0) most = edge / (extent[a] + 1), widest = a;
-      }
-      if (items / cells < kBoxesPerCell || cells * 2 > kMostCells || most < 1) break;
-      --cell_log_[widest];
-    }
+  const PackedRegion tile{packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
+  cut_region(tile, Items(all_).first(boxes.size()), 0);
+  for (std::size_t c = first_cell; c < batch.cells.size();) {
+    CellRun run{std::uint32_t(c), 0, origin};
+    std::uint64_t cost = 0;
+    do {
+      const std::uint64_t count = batch.cells[c++].count;
+      cost += count * count + 4;
+      ++run.count;
+    } while (c < batch.cells.size() && cost < run_cost);
+    batch.runs.push_back(run);
   }
-  for (int a = 0; a < 3; ++a) cell_log_[a] = std::clamp(cell_log_[a], 0, int(std::bit_width(size_[a] - 1)));
-  // never more cells than a tile's grid may have
-  const auto cells = [&] {
-    double n = 1;
-    for (int a = 0; a < 3; ++a) n *= double(((size_[a] - 1) >> cell_log_[a]) + 1);
-    return n;
-  };
-  while (cells() > kMostCells) ++*std::min_element(cell_log_.begin(), cell_log_.end());
 }
 
-void TileCutter::cut_grid() {
-  std::array<std::uint32_t, 3> n;
-  for (int a = 0; a < 3; ++a) n[a] = ((size_[a] - 1) >> cell_log_[a]) + 1;
-  const std::uint32_t cells = n[0] * n[1] * n[2];
-  const auto region = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-    std::array<std::uint32_t, 3> lo{x, y, z}, hi;
-    for (int a = 0; a < 3; ++a) {
-      hi[a] = std::min((lo[a] + 1) << cell_log_[a], size_[a]) + 1;
-      lo[a] = (lo[a] << cell_log_[a]) + 1;
-    }
-    return PackedRegion{packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
-  };
+void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* covered) {
+  covered_ = covered;
+  add_covered({packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)});
+}
 
-  // cells that one box covers
-  bool any_covered = false;
-  for (const PackedBox& box : boxes_) {
+/// Cuts a region, whatever its boxes are, into cells.
+void TileCutter::cut_region(const PackedRegion& region, Items items, std::size_t depth) {
+  const bool fixed_grid = tuning_.cell && depth == 0;
+  if (items.size() <= tuning_.cell_boxes && !fixed_grid) return add_cell(region, items);
+  if ((items.size() > kGridBoxes || fixed_grid) && depth < kMostDepth) {
+    const Grid grid = choose_grid(region, items);
+    if (grid.count() > 1) return cut_by_grid(grid, items, depth);
+  }
+  stack_.assign(items.begin(), items.end());
+  halve(region, 0);
+}
+
+/// A grid whose cells hold a handful of boxes, by estimate from a sample.
+TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items) const {
+  Grid grid{region, {}, {}};
+  std::array<std::uint32_t, 3> edge;
+  for (int a = 0; a < 3; ++a) {
+    edge[a] = field(region.hi, a) - field(region.lo, a);
+    grid.log_edge[a] = std::bit_width(edge[a] - 1);
+  }
+  const auto count_cells = [&] {
+    for (int a = 0; a < 3; ++a) grid.cells[a] = ((edge[a] - 1) >> grid.log_edge[a]) + 1;
+  };
+  if (tuning_.cell) {
+    for (int& log : grid.log_edge) log = std::min(log, int(std::bit_width(tuning_.cell - 1)));
+    count_cells();
+    for (; grid.count() > kMostCells; count_cells()) ++*std::ranges::min_element(grid.log_edge);
+    return grid;
+  }
+
+  constexpr std::size_t kSample = 128;
+  std::array<std::array<float, kSample>, 3> extent;
+  const std::size_t step = (items.size() + kSample - 1) / kSample;
+  std::size_t sample = 0;
+  for (std::size_t i = 0; i < items.size(); i += step, ++sample)
+    for (int a = 0; a < 3; ++a)
+      extent[a][sample] = float(std::min(field(boxes_[items[i]].hi, a), field(region.hi, a)) -
+                                std::max(field(boxes_[items[i]].lo, a), field(region.lo, a) - 1));
+  const auto items_per_box = [&](const std::array<int, 3>& log_edge) {
+    std::array<float, 3> scale;
+    for (int a = 0; a < 3; ++a) scale[a] = 1 / float(1u << log_edge[a]);
+    float sum = 0;
+    for (std::size_t i = 0; i < sample; ++i)
+      sum += (1 + extent[0][i] * scale[0]) * (1 + extent[1][i] * scale[1]) * (1 + extent[2][i] * scale[2]);
+    return double(sum) / double(sample);
+  };
+  count_cells();
+  double per_box = items_per_box(grid.log_edge);
+  while (double(items.size()) * per_box > kGoalBoxes * double(grid.count()) &&
+         2 * grid.count() <= kMostCells) {
+    // halve the axis that duplicates the fewest boxes
+    int best = -1;
+    double best_per_box = 0;
+    for (int a = 0; a < 3; ++a) {
+      if (grid.log_edge[a] == 0) continue;
+      auto log_edge = grid.log_edge;
+      --log_edge[a];
+      const double p = items_per_box(log_edge);
+      if (best < 0 || p < best_per_box) best = a, best_per_box = p;
+    }
+    if (best < 0 || best_per_box > 1.5 * per_box || best_per_box > 12) break;
+    --grid.log_edge[best];
+    per_box = best_per_box;
+    count_cells();
+  }
+  return grid;
+}
+
+void TileCutter::cut_by_grid(const Grid& grid, Items items, std::size_t depth) {
+  Level& level = levels_[depth];
+  const bool any_covered = mark_covered(grid, items, level);
+  sort_by_cell(grid, items, any_covered, level);
+  std::size_t c = 0;
+  for (std::uint32_t z = 0; z < grid.cells[2]; ++z)
+    for (std::uint32_t y = 0; y < grid.cells[1]; ++y)
+      for (std::uint32_t x = 0; x < grid.cells[0]; ++x, ++c) {
+        const Items own(level.sorted.data() + level.start[c], level.start[c + 1] - level.start[c]);
+        if (!own.empty())
+          cut_region(grid.cell(x, y, z), own, depth + 1);
+        else if (any_covered && level.covered[c])
+          add_covered(grid.cell(x, y, z));
+      }
+}
+
+/// Marks the cells that one box covers (UNION3, section 4, step 3a). False if there are none.
+bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
+  bool any = false;
+  for (const std::uint32_t i : items) {
+    const PackedBox& box = boxes_[i];
     std::array<std::uint32_t, 3> from, to;  // covered cells from .. to - 1
     bool some = true;
     for (int a = 0; a < 3; ++a) {
-      const std::uint32_t lo = field(box.lo, a), hi = field(box.hi, a);
-      // cell i has lo corner (i << log) + 1 > box.lo, and upper end min(.., size) + 1 <= box.hi
-      from[a] = lo == 0 ? 0 : ((lo - 1) >> cell_log_[a]) + 1;
-      to[a] = hi == size_[a] + 1 ? n[a] : hi == 0 ? 0 : (hi - 1) >> cell_log_[a];
+      const std::uint32_t lo = field(box.lo, a), hi = field(box.hi, a), base = field(grid.region.lo, a);
+      from[a] = lo < base ? 0 : ((lo - base) >> grid.log_edge[a]) + 1;
+      to[a] = hi >= field(grid.region.hi, a) ? grid.cells[a]
+              : hi < base                    ? 0
+                                             : (hi - base) >> grid.log_edge[a];
       some &= from[a] < to[a];
     }
     if (!some) continue;
-    if (!any_covered) covered_cell_.assign(cells, 0);
-    any_covered = true;
+    if (!any) level.covered.assign(grid.count(), 0);
+    any = true;
     for (std::uint32_t z = from[2]; z < to[2]; ++z)
       for (std::uint32_t y = from[1]; y < to[1]; ++y) {
-        const std::uint32_t row = (z * n[1] + y) * n[0];
-        std::fill(covered_cell_.begin() + row + from[0], covered_cell_.begin() + row + to[0], 1);
+        std::uint8_t* const row = level.covered.data() + (std::size_t{z} * grid.cells[1] + y) * grid.cells[0];
+        std::fill(row + from[0], row + to[0], 1);
       }
   }
+  return any;
+}
 
-  // boxes by cell, a counting sort
-  start_.assign(cells + 1, 0);
-  pairs_.clear();
-  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+/// A counting sort of the boxes by cell; a box is in every cell that it touches and that is not covered.
+void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const {
+  level.start.assign(grid.count() + 1, 0);
+  level.pairs.clear();
+  std::array<std::uint32_t, 3> base;
+  for (int a = 0; a < 3; ++a) base[a] = field(grid.region.lo, a);
+  for (const std::uint32_t i : items) {
     std::array<std::uint32_t, 3> from, to;
     for (int a = 0; a < 3; ++a) {
-      const std::uint32_t lo = field(boxes_[i].lo, a), hi = field(boxes_[i].hi, a);
-      from[a] = (std::max(lo, 1u) - 1) >> cell_log_[a];
-      to[a] = std::min((hi - 1) >> cell_log_[a], n[a] - 1);
+      from[a] = (std::max(field(boxes_[i].lo, a), base[a]) - base[a]) >> grid.log_edge[a];
+      to[a] = std::min((field(boxes_[i].hi, a) - base[a]) >> grid.log_edge[a], grid.cells[a] - 1);
     }
     for (std::uint32_t z = from[2]; z <= to[2]; ++z)
       for (std::uint32_t y = from[1]; y <= to[1]; ++y)
         for (std::uint32_t x = from[0]; x <= to[0]; ++x) {
-          const std::uint32_t c = (z * n[1] + y) * n[0] + x;
-          if (any_covered && covered_cell_[c]) continue;
-          ++start_[c];
-          pairs_.push_back({c, std::uint32_t(i)});
+          const std::uint32_t c = (z * grid.cells[1] + y) * grid.cells[0] + x;
+          if (any_covered && level.covered[c]) continue;
+          ++level.start[c];
+          level.pairs.push_back({c, i});
         }
   }
   std::uint32_t sum = 0;
-  for (std::uint32_t& s : start_) {
-    sum += s;
-    s = sum;
-  }
-  sorted_.resize(sum);
-  for (auto p = pairs_.rbegin(); p != pairs_.rend(); ++p) sorted_[--start_[(*p)[0]]] = (*p)[1];
-
-  const std::uint32_t limit = tuning_.cell_boxes ? tuning_.cell_boxes : kDefaultCellBoxes;
-  std::uint32_t c = 0;
-  for (std::uint32_t z = 0; z < n[2]; ++z)
-    for (std::uint32_t y = 0; y < n[1]; ++y)
-      for (std::uint32_t x = 0; x < n[0]; ++x, ++c) {
-        const std::uint32_t count = start_[c + 1] - start_[c];
-        if (count == 0) {
-          if (any_covered && covered_cell_[c]) add_covered(region(x, y, z));
-          continue;
-        }
-        const std::span<const std::uint32_t> items(sorted_.data() + start_[c], count);
-        if (count <= limit) {
-          add_cell(region(x, y, z), items);
-        } else {
-          stack_.assign(items.begin(), items.end());
-          cut_cell(region(x, y, z), 0);
-        }
-      }
+  for (std::uint32_t& start : level.start) start = sum += start;
+  level.sorted.resize(sum);
+  for (auto pair = level.pairs.rbegin(); pair != level.pairs.rend(); ++pair)
+    level.sorted[--level.start[(*pair)[0]]] = (*pair)[1];
 }
 
 /// Adds the cell whose boxes are stack_[begin ..], halved until it fits; removes them from the stack.
-void TileCutter::cut_cell(const PackedRegion& region, std::size_t begin) {
+void TileCutter::halve(const PackedRegion& region, std::size_t begin) {
   const std::size_t end = stack_.size();
   if (begin == end) return;
-  const std::uint32_t limit = tuning_.cell_boxes ? tuning_.cell_boxes : kDefaultCellBoxes;
   int axis = -1;
-  if (end - begin > std::min(limit, kRanks / 2)) {
-    find_own_coordinates(region, begin);
-    const std::size_t coordinates = own_[0].size() + own_[1].size() + own_[2].size();
+  if (end - begin > std::min(tuning_.cell_boxes, kRanks / 2)) {
+    find_own_coordinates(region, Items(stack_).subspan(begin));
+    std::size_t most = 4;  // so few are not worth a cut
     for (int a = 0; a < 3; ++a)
-      if (own_[a].size() > (axis < 0 ? 0 : own_[axis].size())) axis = a;
-    if (end - begin > 4 * coordinates) merge_equal_clips(region, begin);
-    if (axis >= 0 && own_[axis].size() <= 4) axis = -1;
+      if (own_[a].size() > most) axis = a, most = own_[a].size();
+    if (end - begin > 4 * (own_[0].size() + own_[1].size() + own_[2].size()))
+      merge_equal_clips(region, stack_, begin);
   }
   if (axis < 0) {
-    add_cell(region, std::span(stack_).subspan(begin));
+    add_cell(region, Items(stack_).subspan(begin));
     stack_.resize(begin);
     return;
   }
   const std::uint32_t middle = own_[axis][own_[axis].size() / 2];
-  if (middle == field(region.lo, axis)) {  // cannot be halved below one coordinate
-    add_cell(region, std::span(stack_).subspan(begin));
-    stack_.resize(begin);
-    return;
-  }
   const std::size_t items_end = stack_.size();
-  for (int half = 0; half < 2; ++half) {
-    PackedRegion child = region;
-    (half == 0 ? child.hi : child.lo) = packed::with_field(half == 0 ? child.hi : child.lo, axis, middle);
+  for (int side = 0; side < 2; ++side) {
+    PackedRegion half = region;
+    (side == 0 ? half.hi : half.lo) = packed::with_field(side == 0 ? half.hi : half.lo, axis, middle);
     bool covered = false;
     for (std::size_t i = begin; i < items_end && !covered; ++i) {
       const PackedBox& box = boxes_[stack_[i]];
-      if (!child.touched_by(box)) continue;
-      covered = child.covered_by(box);
+      if (!half.touched_by(box)) continue;
+      covered = half.covered_by(box);
       stack_.push_back(stack_[i]);
     }
     if (covered) {
       stack_.resize(items_end);
-      add_covered(child);
+      add_covered(half);
     } else {
-      cut_cell(child, items_end);
+      halve(half, items_end);
     }
   }
   stack_.resize(begin);
 }
 
-void TileCutter::find_own_coordinates(const PackedRegion& region, std::size_t begin) {
+void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
   for (int a = 0; a < 3; ++a) {
     auto& own = own_[a];
     own.clear();
-    const std::uint32_t lo = field(region.lo, a), hi = field(region.hi, a);
-    for (std::size_t i = begin; i < stack_.size(); ++i) {
-      const PackedBox& box = boxes_[stack_[i]];
-      for (const std::uint32_t c : {field(box.lo, a), field(box.hi, a)})
-        if (c >= lo && c < hi) own.push_back(c);
+    const std::uint32_t lo = field(region.lo, a), size = field(region.hi, a) - lo;
+    constexpr std::uint32_t kBitmap = 512;
+    if (size <= kBitmap) {  // a bitmap of the region's coordinates is quicker than a sort
+      std::array<std::uint64_t, kBitmap / 64> bits{};
+      for (const std::uint32_t i : items)
+        for (const std::uint64_t corner : {boxes_[i].lo, boxes_[i].hi}) {
+          const std::uint32_t c = field(corner, a) - lo;
+          if (c < size) bits[c / 64] |= std::uint64_t{1} << (c % 64);
+        }
+      for (std::uint32_t w = 0; w <= (size - 1) / 64; ++w)
+        for (std::uint64_t word = bits[w]; word; word &= word - 1)
+          own.push_back(lo + 64 * w + std::uint32_t(std::countr_zero(word)));
+      continue;
     }
+    for (const std::uint32_t i : items)
+      for (const std::uint64_t corner : {boxes_[i].lo, boxes_[i].hi})
+        if (field(corner, a) - lo < size) own.push_back(field(corner, a));
     std::sort(own.begin(), own.end());
     own.erase(std::unique(own.begin(), own.end()), own.end());
   }
 }
 
 /// Within the region a box is its clip to [lo - 1, hi]: of boxes with equal clips one is enough.
-void TileCutter::merge_equal_clips(const PackedRegion& region, std::size_t begin) {
-  const auto clip = [&](const PackedBox& box) {
-    PackedBox c;
-    for (int a = 0; a < 3; ++a) {
-      c.lo = packed::with_field(c.lo, a, std::max(field(box.lo, a), field(region.lo, a) - 1));
-      c.hi = packed::with_field(c.hi, a, std::min(field(box.hi, a), field(region.hi, a)));
-    }
-    return c;
-  };
+void TileCutter::merge_equal_clips(const PackedRegion& region, std::vector<std::uint32_t>& items,
+                                   std::size_t begin) const {
   std::vector<std::pair<PackedBox, std::uint32_t>> clips;
-  for (std::size_t i = begin; i < stack_.size(); ++i) clips.emplace_back(clip(boxes_[stack_[i]]), stack_[i]);
-  std::sort(clips.begin(), clips.end());
-  stack_.resize(begin);
+  for (std::size_t i = begin; i < items.size(); ++i) {
+    PackedBox clip;
+    for (int a = 0; a < 3; ++a) {
+      const PackedBox& box = boxes_[items[i]];
+      clip.lo = packed::with_field(clip.lo, a, std::max(field(box.lo, a), field(region.lo, a) - 1));
+      clip.hi = packed::with_field(clip.hi, a, std::min(field(box.hi, a), field(region.hi, a)));
+    }
+    clips.emplace_back(clip, items[i]);
+  }
+  std::ranges::sort(clips);
+  items.resize(begin);
   for (std::size_t i = 0; i < clips.size(); ++i)
-    if (i == 0 || clips[i].first != clips[i - 1].first) stack_.push_back(clips[i].second);
+    if (i == 0 || clips[i].first != clips[i - 1].first) items.push_back(clips[i].second);
 }
 
-void TileCutter::add_cell(const PackedRegion& region, std::span<const std::uint32_t> items) {
+void TileCutter::add_cell(const PackedRegion& region, Items items) {
   batch_->cells.push_back({region.lo - packed::pack(1, 1, 1), region.hi - region.lo + packed::pack(1, 1, 1),
                            std::uint32_t(batch_->items.size()), std::uint32_t(items.size())});
   for (const std::uint32_t i : items) batch_->items.push_back(first_box_ + i);

@@ -32,6 +32,8 @@ struct CellBatch {
   std::vector<CellRun> runs;
 
   void clear();
+  /// Adds another batch's cells behind this one's.
+  void append(const CellBatch& other);
 };
 
 /// What the grid did with the boxes of a run (UNION3, table 1).
@@ -44,33 +46,59 @@ struct CellStatistics {
 
 /// Cuts tiles into cells that a kernel can hold: at most 31 distinct coordinates of its own on every axis.
 ///
-/// A uniform grid (UNION3, section 4) whose cell size fits the tile's boxes does most of the work while they
-/// are in cache; cells that one box covers are marked before anything is stored in them; cells that are still
-/// crowded are halved at the median of their coordinates until they fit, equal clips merged on the way.
+/// A uniform grid (UNION3, section 4) whose cell size fits the boxes does most of the work while they are in
+/// cache; cells that one box covers are marked before anything is stored in them; a cell that is still
+/// crowded gets a grid of its own or, with few boxes, is halved at the median of its coordinates until it
+/// fits. Equal clips are merged on the way.
 class TileCutter {
  public:
   struct Tuning {
     std::uint32_t cell = 0;  ///< edge of a cell in ordinals, rounded up to a power of two; 0: by estimate
-    std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is halved; 0: what proved fastest
+    std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is cut again; 0: what proved fastest
   };
-  explicit TileCutter(Tuning tuning) : tuning_(tuning) {}
+  explicit TileCutter(Tuning tuning);
 
-  /// Appends the cells of a tile to `batch` as runs of at most `cells_per_run` cells. `size` is the tile's
-  /// edge by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `covered` is given, volume
-  /// and moments of the covered regions are added to it, in coordinates that count from 0 at the low corner.
-  void cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& size,
-           const std::array<std::uint32_t, 3>& origin, std::uint32_t cells_per_run, CellBatch& batch,
+  /// Appends the cells of a tile to `batch` as runs whose boxes, squared by cell, add up to about `run_cost`.
+  /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `covered` is
+  /// given, volume and moments of the covered regions are added to it, in coordinates that count from 0 at
+  /// the low corner.
+  void cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
+           const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
            LatticeSums* covered);
+
+  /// Notes a tile that one box covers, as cut() does with covered cells.
+  void add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* covered);
 
   const CellStatistics& statistics() const { return statistics_; }
 
  private:
-  void choose_cell_size();
-  void cut_grid();
-  void cut_cell(const PackedRegion& region, std::size_t begin);
-  void find_own_coordinates(const PackedRegion& region, std::size_t begin);
-  void merge_equal_clips(const PackedRegion& region, std::size_t begin);
-  void add_cell(const PackedRegion& region, std::span<const std::uint32_t> items);
+  using Items = std::span<const std::uint32_t>;  // boxes of the tile, by index
+  /// A grid over a region.
+  struct Grid {
+    PackedRegion region;
+    std::array<int, 3> log_edge{};  // log2 of the cell's edge
+    std::array<std::uint32_t, 3> cells{};
+    std::size_t count() const { return std::size_t{cells[0]} * cells[1] * cells[2]; }
+    PackedRegion cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const;
+  };
+  /// Memory of one level of grids.
+  struct Level {
+    std::vector<std::uint32_t> start;                 // of each cell's boxes
+    std::vector<std::uint8_t> covered;                // by cell
+    std::vector<std::array<std::uint32_t, 2>> pairs;  // cell, box
+    std::vector<std::uint32_t> sorted;                // boxes by cell
+  };
+
+  Grid choose_grid(const PackedRegion& region, Items items) const;
+  void cut_by_grid(const Grid& grid, Items items, std::size_t depth);
+  bool mark_covered(const Grid& grid, Items items, Level& level) const;
+  void sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const;
+  void cut_region(const PackedRegion& region, Items items, std::size_t depth);
+  void halve(const PackedRegion& region, std::size_t begin);
+  void find_own_coordinates(const PackedRegion& region, Items items);
+  void merge_equal_clips(const PackedRegion& region, std::vector<std::uint32_t>& items,
+                         std::size_t begin) const;
+  void add_cell(const PackedRegion& region, Items items);
   void add_covered(const PackedRegion& region);
 
   Tuning tuning_;
@@ -78,19 +106,15 @@ class TileCutter {
 
   // the tile at work
   std::span<const PackedBox> boxes_;
-  std::array<std::uint32_t, 3> size_{};
-  std::array<int, 3> cell_log_{};  // log2 of the cell's edge by axis
-  std::uint32_t first_box_ = 0;    // of the tile, in the batch
+  std::uint32_t first_box_ = 0;  // of the tile, in the batch
   CellBatch* batch_ = nullptr;
   LatticeSums* covered_ = nullptr;
 
   // scratch
-  std::vector<std::uint32_t> start_;  // by cell: end of its items, then start
-  std::vector<std::uint8_t> covered_cell_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;  // cell, box
-  std::vector<std::uint32_t> sorted_;                // boxes by cell
-  std::vector<std::uint32_t> stack_;                 // boxes of the cells being halved
-  std::array<std::vector<std::uint32_t>, 3> own_;    // coordinates of the cell being halved
+  std::vector<std::uint32_t> all_;  // 0, 1, 2, ...
+  std::vector<Level> levels_;
+  std::vector<std::uint32_t> stack_;               // boxes of the cells being halved
+  std::array<std::vector<std::uint32_t>, 3> own_;  // distinct coordinates of a region, sorted
 };
 
 }  // namespace boxunion

@@ -20,16 +20,13 @@ namespace {
 /// Runs f on as many threads as asked for, and returns what it returns.
 template <class F>
 auto with_threads(const Common& common, F&& f) {
-  tbb::task_arena arena(common.threads > 0 ? common.threads : tbb::task_arena::automatic);
+  tbb::task_arena arena(common.engine.threads > 0 ? common.engine.threads : tbb::task_arena::automatic);
   return arena.execute(f);
 }
 
 /// The options of a run; they refer to `common` and `bar`.
 Options engine_options(const Common& common, ProgressBar& bar) {
-  Options options;
-  options.method = Method::slices;
-  options.device = common.device;
-  options.threads = common.threads;
+  Options options = common.engine;
   options.progress = [&bar](double fraction) { bar.show(fraction); };
   options.warn = [&bar](const std::string& text) {
     bar.clear();

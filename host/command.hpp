@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/generate.hpp"
+#include "host/engine.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout and its progress and warnings to
 // stderr, throws Error, and stops with Error(interrupted) soon after `interrupted` becomes true.
@@ -13,8 +14,8 @@ namespace boxunion::command {
 
 /// Options that several subcommands take.
 struct Common {
-  std::string method = "slices", device = "auto";
-  int threads = 0;
+  Options engine;           ///< method, device, threads, tuning
+  bool statistics = false;  ///< measure: print what the cells did
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;
 };

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "host/buffers.hpp"
 #include "host/kernels.hpp"
 
 namespace boxunion {
@@ -16,17 +17,8 @@ static_assert(sizeof(Tiles::Tile) == kTileWords * sizeof(std::uint32_t));
 static_assert(sizeof(ContourVertex) == kVertexWords * sizeof(std::uint32_t));
 
 struct Parameters {
-  std::uint32_t tiles, capacity;
+  std::uint32_t tiles, capacity, two;
 };
-
-/// Makes the buffer hold at least `bytes`; its contents are lost where it must grow.
-void reserve(Device& device, std::unique_ptr<Buffer>& buffer, std::size_t bytes) {
-  if (buffer && buffer->bytes() >= bytes) return;
-  buffer.reset();
-  const std::size_t limit = device.info().max_buffer_bytes;
-  if (bytes > limit) throw Error(ErrorKind::resources, "a batch passes the device's largest buffer");
-  buffer = device.allocate(std::min(limit, std::max<std::size_t>(bytes + bytes / 4, 4096)));
-}
 
 }  // namespace
 
@@ -34,7 +26,7 @@ ContourStage::ContourStage(Device& device, const Tuning& tuning)
     : device_(device),
       kernel_(device.load(kernels::contour(), tuning.shape.value_or(device.info().preferred_shape),
                           tuning.workgroup ? tuning.workgroup : device.info().preferred_workgroup)),
-      total_(device.allocate(sizeof(std::uint32_t))) {}
+      total_(device.allocate(2 * sizeof(std::uint32_t))) {}
 
 void ContourStage::run(const Tiles& tiles, std::vector<ContourVertex>& vertices,
                        std::vector<std::size_t>& offsets) {
@@ -77,13 +69,15 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
   std::uint32_t total = 0;
   for (bool fits = false; !fits;) {
     const std::size_t capacity = vertex_->bytes() / sizeof(ContourVertex);
-    const Parameters parameters{count, std::uint32_t(std::min<std::size_t>(capacity, kCrowded))};
-    device_.clear(*total_, sizeof(std::uint32_t));
+    const Parameters parameters{count, std::uint32_t(std::min<std::size_t>(capacity, kCrowded)), 2};
+    device_.clear(*total_, 2 * sizeof(std::uint32_t));
     Buffer* const buffers[] = {tile_.get(), rectangle_.get(), found_.get(), vertex_.get(), total_.get()};
     device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), count);
-    device_.download(*total_, 0, sizeof(std::uint32_t));
+    device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
     device_.wait();
     total = total_->view<std::uint32_t>()[0];
+    if (total_->view<std::uint32_t>()[1] != 0)
+      throw Error(ErrorKind::device, "the device cuts long loops short");
     fits = total <= parameters.capacity;
     if (fits) break;
     if (total <= most) {

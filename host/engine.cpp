@@ -2,6 +2,7 @@
 
 #include <tbb/task_arena.h>
 
+#include "host/cells_method.hpp"
 #include "host/slices_method.hpp"
 #include "host/stopwatch.hpp"
 
@@ -27,10 +28,12 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
     Stopwatch watch(r);
     validate(boxes);
     const Axes axes = make_axes(boxes);
-    std::vector<OrdinalBox> ordinals = ordinal_boxes(boxes, axes);
-    watch.lap("ordinals");
+    watch.lap("axes");
     MassSink sink(axes);
-    unite_by_slices(std::move(ordinals), options, sink, r);
+    if (options.method == Method::cells)
+      unite_by_cells(boxes, axes, options, nullptr, &sink, r);
+    else
+      unite_by_slices(ordinal_boxes(boxes, axes), options, sink, r);
     result = sink.result();
     watch.total("total");
   });
@@ -46,10 +49,12 @@ Solid unite(const BoxSet& boxes, const Options& options, Report* report) {
     Stopwatch watch(r);
     validate(boxes);
     Axes axes = make_axes(boxes);
-    std::vector<OrdinalBox> ordinals = ordinal_boxes(boxes, axes);
-    watch.lap("ordinals");
+    watch.lap("axes");
     SolidSink sink;
-    unite_by_slices(std::move(ordinals), options, sink, r);
+    if (options.method == Method::cells)
+      unite_by_cells(boxes, axes, options, &sink, nullptr, r);
+    else
+      unite_by_slices(ordinal_boxes(boxes, axes), options, sink, r);
     Stopwatch sort(r);
     solid = sink.take(std::move(axes));
     sort.lap("sort");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/box.hpp"
+#include "core/cells.hpp"
 #include "core/mass.hpp"
 #include "core/solid.hpp"
 #include "host/device.hpp"
@@ -16,18 +17,27 @@
 namespace boxunion {
 
 /// How the union is computed; the result is the same to the last bit.
-enum class Method { slices };
+enum class Method { cells, slices };
+
+/// What computes a cell; the result is the same to the last bit.
+enum class CellKernel {
+  occupancy,  ///< a bitmap of the cell, 32 points at a time
+  faces       ///< UNION3's own test of all triples of faces: cubic in the cell's boxes, a baseline
+};
 
 /// How kernels are launched; never changes a result. Zero or empty: what suits the device.
 struct Tuning {
   std::optional<Shape> shape{};
   std::uint32_t workgroup = 0;
   std::uint32_t tile_coordinates = 0;  ///< slices: distinct coordinates an axis of a tile, at most 31
+  std::uint32_t cell = 0;              ///< cells: edge in ordinals, rounded up to a power of two
+  std::uint32_t cell_boxes = 0;        ///< cells: boxes above which a cell is cut again
 };
 
 /// What a run is asked to do, beside its boxes.
 struct Options {
-  Method method = Method::slices;
+  Method method = Method::cells;
+  CellKernel kernel = CellKernel::occupancy;
   std::string device = "auto";  ///< see open_device
   int threads = 0;              ///< threads of the host, 0 for one per core
   Tuning tuning{};
@@ -42,11 +52,12 @@ struct Options {
 
 /// How a run went.
 struct Report {
-  std::string method;  ///< "slices"
-  std::string kernel;  ///< "contour"
+  std::string method;  ///< "cells", "slices"
+  std::string kernel;  ///< "occupancy", "faces", "contour"
   std::string device;  ///< DeviceInfo::id of the device that was used
   /// Seconds by stage in order of work; the last is "total", from boxes in memory to the result.
   std::vector<std::pair<std::string, double>> seconds;
+  CellStatistics cells;  ///< method cells: what the grid did
 };
 
 /// Mass properties of the union of `boxes`, without ever holding its vertices.

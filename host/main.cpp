@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -146,19 +148,41 @@ class CommandLine {
   }
 
   void add_threads(CLI::App* sub) {
-    sub->add_option("--threads", common_.threads, "Threads of the host, 0 for one per core")
+    sub->add_option("--threads", common_.engine.threads, "Threads of the host, 0 for one per core")
         ->check(CLI::Range(0, 4096))
         ->capture_default_str();
   }
 
   void add_engine_options(CLI::App* sub) {
-    sub->add_option("--method", common_.method, "How the union is computed")
-        ->check(CLI::IsMember({"slices"}))
-        ->capture_default_str();
-    sub->add_option("--device", common_.device,
+    add_choice(sub, "--method", common_.engine.method, {{"cells", Method::cells}, {"slices", Method::slices}},
+               "How the union is computed: cells (default) or slices");
+    add_choice(sub, "--kernel", common_.engine.kernel,
+               {{"occupancy", CellKernel::occupancy}, {"faces", CellKernel::faces}},
+               "What computes a cell: occupancy (default) or faces");
+    sub->add_option("--cell", common_.engine.tuning.cell,
+                    "Edge of a cell in ordinals, rounded up to a power of two; 0: by estimate")
+        ->check(CLI::Range(0u, 1u << 19));
+    sub->add_option("--device", common_.engine.device,
                     "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
         ->capture_default_str();
     add_threads(sub);
+    add_choice<std::optional<Shape>>(sub, "--shape", common_.engine.tuning.shape,
+                                     {{"group", Shape::group}, {"item", Shape::item}},
+                                     "How a kernel shares its work: group or item (default: by device)");
+    sub->add_option("--workgroup", common_.engine.tuning.workgroup, "Work-items of a workgroup, 0: by device")
+        ->check(CLI::Range(0, 1024));
+  }
+
+  /// An option that takes one of a few words.
+  template <class T>
+  static CLI::Option* add_choice(CLI::App* sub, const std::string& name, T& value,
+                                 const std::map<std::string, T>& choices, const std::string& help) {
+    std::vector<std::string> words;
+    for (const auto& choice : choices) words.push_back(choice.first);
+    return sub
+        ->add_option_function<std::string>(
+            name, [&value, choices](const std::string& word) { value = choices.at(word); }, help)
+        ->check(CLI::IsMember(words));
   }
 
   void add_print_options(CLI::App* sub) {

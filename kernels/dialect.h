@@ -148,4 +148,15 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
   SYNC
 #endif
 
+// Mesa's llvmpipe silently ends every loop of a work-item once it has taken 65 535 turns altogether. The last
+// statement of a kernel whose loops depend on data: counts the units of which that is so. p.two is 2.
+#ifdef SERIAL
+#define COUNT_CUT_LOOPS(counter) (void)(counter)
+#else
+#define COUNT_CUT_LOOPS(counter)                                                 \
+  u32 turns_ = 0u;                                                               \
+  for (u32 t_ = 0u; t_ < p.two; ++t_) ++turns_;                                  \
+  if (turns_ != p.two) ATOMIC_ADD(counter, 1u)
+#endif
+
 #endif // BOXUNION_DIALECT_H

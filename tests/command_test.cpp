@@ -73,7 +73,7 @@ TEST_F(Command, WrongUsageExitsWith2) {
   expect_error("measure", 2, "FILE is required");
   expect_error("boundary a.csv", 2, "--output is required");
   expect_error("measure a.csv --fast", 2, "The following argument was not expected: --fast");
-  expect_error("measure a.csv --method magic", 2, "--method: magic not in {slices}");
+  expect_error("measure a.csv --method magic", 2, "--method: magic not in {cells,slices}");
   expect_error("measure a.csv --threads -1", 2, "--threads: Value -1 not in range 0 to 4096");
   expect_error("generate cubes --count 1 --edge 0 -o a.csv", 2, "edge is 0, expected 1 to 32768");
   expect_error("generate sponge --level 15 -o a.csv", 2, "level is 15, expected 0 to 14");
@@ -197,7 +197,7 @@ TEST_F(Command, MeasurePrintsTheKeysOfTheContract) {
                                             "method", "seconds", "vertices", "volume"}));
   EXPECT_EQ(result.at("boxes"), 2);
   EXPECT_EQ(result.at("degenerate_boxes"), 1);
-  EXPECT_EQ(result.at("method"), "slices");
+  EXPECT_EQ(result.at("method"), "cells");
   EXPECT_EQ(result.at("device"), "native");
   EXPECT_TRUE(result.at("seconds").contains("total"));
   EXPECT_EQ(result.at("volume"), 6);

@@ -62,10 +62,10 @@ Result run_contour(Device& device, Shape shape, std::uint32_t workgroup, const T
   const auto tile = upload(device, tiles.tile), rectangle = upload(device, tiles.rectangle);
   const auto found = device.allocate(8u * tiles.count());
   const auto vertex = upload(device, Words(3u * slots, untouched));
-  const auto total = device.allocate(4);
-  device.clear(*total, 4);
+  const auto total = device.allocate(8);
+  device.clear(*total, 8);
   const std::array<Buffer*, 5> buffers{tile.get(), rectangle.get(), found.get(), vertex.get(), total.get()};
-  const std::array<std::uint32_t, 2> parameters{tiles.count(), capacity};
+  const std::array<std::uint32_t, 3> parameters{tiles.count(), capacity, 2};
   device.dispatch(*kernel, buffers, std::as_bytes(std::span(parameters)), tiles.count());
   for (Buffer* output : {found.get(), vertex.get(), total.get()})
     device.download(*output, 0, output->bytes());
@@ -238,10 +238,10 @@ TEST_P(DeviceTest, ManyDispatchesBeforeOneWait) {
   tiles.add({0, 0, 10, 10}, {{1, 2, 3, 4}});
   const auto kernel = device->load(kernels::contour(), Shape::item, 1);
   const auto tile = upload(*device, tiles.tile), rectangle = upload(*device, tiles.rectangle);
-  const auto found = device->allocate(8), vertex = device->allocate(12), total = device->allocate(4);
-  device->clear(*total, 4);
+  const auto found = device->allocate(8), vertex = device->allocate(12), total = device->allocate(8);
+  device->clear(*total, 8);
   const std::array<Buffer*, 5> buffers{tile.get(), rectangle.get(), found.get(), vertex.get(), total.get()};
-  const std::array<std::uint32_t, 2> parameters{1, 1};
+  const std::array<std::uint32_t, 3> parameters{1, 1, 2};
   for (int i = 0; i < 600; ++i) device->dispatch(*kernel, buffers, std::as_bytes(std::span(parameters)), 1);
   device->download(*total, 0, 4);
   device->wait();

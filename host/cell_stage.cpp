@@ -1,0 +1,168 @@
+#include "host/cell_stage.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "host/buffers.hpp"
+#include "host/kernels.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr std::size_t kSums = 18;  // of a run, see kernels/cell_sums.h
+
+static_assert(sizeof(PackedBox) == 16 && sizeof(Cell) == 24 && sizeof(CellRun) == 20 && sizeof(Vertex) == 16);
+
+struct Parameters {
+  std::uint32_t first_run, end_run, capacity, two;
+};
+
+const KernelSource& source(CellKernel kernel, bool sums) {
+  (void)kernel;
+  return sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
+}
+
+}  // namespace
+
+void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassSink& sink) {
+  LatticeSums s;
+  const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(sums[i]); };
+  s.vertices = sums[0];
+  s.extreme = sums[1];
+  s.volume = number(2);
+  for (std::size_t a = 0; a < 3; ++a) s.first[a] = number(3 + a);
+  for (std::size_t i = 0; i < 6; ++i) s.second[i] = number(6 + i);
+  for (std::size_t a = 0; a < 3; ++a) s.area[a] = number(12 + a);
+  for (std::size_t a = 0; a < 3; ++a) s.length[a] = number(15 + a);
+  // packed coordinate 1 is 0 to the kernel
+  sink.add(s, {run.origin[0] + 1, run.origin[1] + 1, run.origin[2] + 1});
+}
+
+NativeCells::NativeCells(CellKernel kernel, const CellSink& sink)
+    : sink_(sink), source_(source(kernel, sink.sums != nullptr)) {}
+
+void NativeCells::run(const CellBatch& batch) {
+  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  if (runs == 0) return;
+  std::uint32_t total[2] = {0, 0};
+  void* buffers[] = {const_cast<PackedBox*>(batch.boxes.data()),
+                     const_cast<std::uint32_t*>(batch.items.data()),
+                     const_cast<Cell*>(batch.cells.data()),
+                     const_cast<CellRun*>(batch.runs.data()),
+                     nullptr,
+                     total};
+  if (sink_.sums) {
+    sums_.resize(kSums * runs);
+    buffers[4] = sums_.data();
+    const Parameters parameters{0, runs, 0, 2};
+    source_.native(buffers, &parameters, 0, runs);
+    for (std::uint32_t r = 0; r < runs; ++r)
+      add_run_sums(std::span(sums_).subspan(kSums * r, kSums), batch.runs[r], *sink_.sums);
+    return;
+  }
+  if (vertices_.empty()) vertices_.resize(std::size_t{1} << 16);
+  for (;;) {
+    total[0] = 0;
+    buffers[4] = vertices_.data();
+    const Parameters parameters{
+        0, runs, static_cast<std::uint32_t>(std::min<std::size_t>(vertices_.size(), 0xffffffffu)), 2};
+    source_.native(buffers, &parameters, 0, runs);
+    if (total[0] <= vertices_.size()) break;
+    vertices_.resize(total[0] + total[0] / 4);
+  }
+  sink_.vertices->add(std::span(vertices_).first(total[0]));
+}
+
+CellStage::CellStage(Device& device, CellKernel kernel, const Tuning& tuning, const CellSink& sink)
+    : device_(device),
+      sink_(sink),
+      kernel_(device.load(source(kernel, sink.sums != nullptr),
+                          tuning.shape.value_or(device.info().preferred_shape),
+                          tuning.workgroup ? tuning.workgroup : device.info().preferred_workgroup)),
+      native_(kernel, sink),
+      total_(device.allocate(2 * sizeof(std::uint32_t))) {}
+
+std::size_t CellStage::capacity() const {
+  return std::min<std::size_t>(device_.info().max_buffer_bytes / (2 * sizeof(Cell)), std::size_t{1} << 21);
+}
+
+void CellStage::begin(const CellBatch& batch) {
+  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  if (runs == 0) return;
+  upload(device_, box_, std::span(batch.boxes));
+  upload(device_, item_, std::span(batch.items));
+  upload(device_, cell_, std::span(batch.cells));
+  upload(device_, run_, std::span(batch.runs));
+  if (sink_.sums)
+    reserve(device_, out_, kSums * runs * sizeof(std::uint64_t));
+  else
+    reserve(device_, out_,
+            std::min(device_.info().max_buffer_bytes, (8 * batch.items.size() + 64) * sizeof(Vertex)));
+  dispatch(0, runs);
+}
+
+void CellStage::dispatch(std::uint32_t first_run, std::uint32_t end_run) {
+  const std::size_t capacity = out_->bytes() / sizeof(Vertex);
+  const Parameters parameters{first_run, end_run,
+                              static_cast<std::uint32_t>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
+  Buffer* const buffers[] = {box_.get(), item_.get(), cell_.get(), run_.get(), out_.get(), total_.get()};
+  device_.clear(*total_, 2 * sizeof(std::uint32_t));
+  device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
+  device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
+}
+
+void CellStage::finish(const CellBatch& batch) {
+  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  if (runs == 0) return;
+  if (sink_.sums) device_.download(*out_, 0, kSums * runs * sizeof(std::uint64_t));
+  device_.wait();
+  const auto total = total_->view<std::uint32_t>();
+  bool complete = total[1] == 0;
+  if (complete && sink_.sums) {
+    const auto sums = out_->view<std::uint64_t>();
+    parallel_ranges(0, runs, 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r)
+        add_run_sums(sums.subspan(kSums * r, kSums), batch.runs[r], *sink_.sums);
+    });
+  } else if (complete) {
+    std::vector<Vertex> vertices;
+    vertices.reserve(total[0]);
+    complete = take_vertices(0, runs, vertices);
+    if (complete)
+      parallel_ranges(0, vertices.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+        sink_.vertices->add(std::span(vertices).subspan(begin, end - begin));
+      });
+  }
+  if (!complete) native_.run(batch);
+}
+
+/// Appends the vertices of a dispatch that has ended, again with a larger buffer or in halves where they did
+/// not fit. False if the device cut loops short.
+bool CellStage::take_vertices(std::uint32_t first_run, std::uint32_t end_run, std::vector<Vertex>& vertices) {
+  const std::size_t most = device_.info().max_buffer_bytes / sizeof(Vertex);
+  const auto again = [&](std::uint32_t first, std::uint32_t end) {
+    dispatch(first, end);
+    device_.wait();
+    return total_->view<std::uint32_t>()[1] == 0 && take_vertices(first, end, vertices);
+  };
+  const std::uint32_t total = total_->view<std::uint32_t>()[0];
+  if (total <= out_->bytes() / sizeof(Vertex)) {
+    device_.download(*out_, 0, total * sizeof(Vertex));
+    device_.wait();
+    const auto found = out_->view<Vertex>().first(total);
+    vertices.insert(vertices.end(), found.begin(), found.end());
+    return true;
+  }
+  if (total <= most) {
+    reserve(device_, out_, total * sizeof(Vertex));
+    return again(first_run, end_run);
+  }
+  if (end_run - first_run == 1)
+    throw Error(ErrorKind::device, "the vertices of one run of cells pass the device's largest buffer");
+  const std::uint32_t middle = first_run + (end_run - first_run) / 2;
+  return again(first_run, middle) && again(middle, end_run);
+}
+
+}  // namespace boxunion

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/cells.hpp"
+#include "core/mass.hpp"
+#include "core/vertex.hpp"
+#include "host/device.hpp"
+#include "host/engine.hpp"
+
+namespace boxunion {
+
+/// Where the cells of a run end: as vertices, or on a lattice as sums of them.
+struct CellSink {
+  VertexSink* vertices = nullptr;
+  MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`
+};
+
+/// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
+class NativeCells {
+ public:
+  explicit NativeCells(CellKernel kernel, const CellSink& sink);
+  void run(const CellBatch& batch);
+
+ private:
+  const CellSink& sink_;
+  const KernelSource& source_;
+  std::vector<std::uint64_t> sums_;
+  std::vector<Vertex> vertices_;
+};
+
+/// Cells computed on a device. begin() hands over a batch and returns; finish() waits and fills the sink.
+class CellStage {
+ public:
+  CellStage(Device& device, CellKernel kernel, const Tuning& tuning, const CellSink& sink);
+
+  /// Most boxes, items and cells of a batch that the device's buffers hold.
+  std::size_t capacity() const;
+  void begin(const CellBatch& batch);
+  void finish(const CellBatch& batch);
+
+ private:
+  void dispatch(std::uint32_t first_run, std::uint32_t end_run);
+  bool take_vertices(std::uint32_t first_run, std::uint32_t end_run, std::vector<Vertex>& vertices);
+
+  Device& device_;
+  const CellSink& sink_;
+  std::unique_ptr<Kernel> kernel_;
+  NativeCells native_;  // for batches whose loops are too long for the device
+  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_;
+};
+
+/// Adds one run's sums, as the kernels write them, to the sink.
+void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassSink& sink);
+
+}  // namespace boxunion

@@ -1,0 +1,226 @@
+#include "host/cells_method.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <optional>
+
+#include "core/cells.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/tiles.hpp"
+#include "host/cell_stage.hpp"
+#include "host/stopwatch.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr int kSumsLogEdge = 12;          // a tile of this edge has sums below 2^63
+constexpr int kPackedLogEdge = 19;        // what a packed coordinate holds
+constexpr std::uint64_t kRunCost = 1024;  // of a work unit on a device, see TileCutter::cut
+
+/// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
+/// grid over them would be nearly empty.
+class Positions : public VertexSink {
+ public:
+  Positions(std::vector<OrdinalBox>& boxes, const std::array<bool, 3>& axes, VertexSink& sink) : sink_(sink) {
+    for (int a = 0; a < 3; ++a) {
+      if (!axes[a]) continue;
+      auto& ordinals = ordinals_[a];
+      ordinals.resize(2 * boxes.size());
+      for (std::size_t i = 0; i < boxes.size(); ++i)
+        ordinals[2 * i] = boxes[i].lo[a], ordinals[2 * i + 1] = boxes[i].hi[a];
+      parallel_sort(ordinals.begin(), ordinals.end());
+      ordinals.erase(std::unique(ordinals.begin(), ordinals.end()), ordinals.end());
+      const auto position = [&](std::uint32_t o) {
+        return std::uint32_t(std::lower_bound(ordinals.begin(), ordinals.end(), o) - ordinals.begin()) + 1;
+      };
+      parallel_ranges(0, boxes.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+          boxes[i].lo[a] = position(boxes[i].lo[a]), boxes[i].hi[a] = position(boxes[i].hi[a]);
+      });
+    }
+  }
+
+  std::uint32_t count(int axis) const { return std::uint32_t(ordinals_[axis].size()); }
+
+  void add(std::span<const Vertex> vertices) override {
+    std::vector<Vertex> mapped(vertices.begin(), vertices.end());
+    for (Vertex& v : mapped) {
+      if (!ordinals_[0].empty()) v.x = ordinals_[0][v.x - 1];
+      if (!ordinals_[1].empty()) v.y = ordinals_[1][v.y - 1];
+      if (!ordinals_[2].empty()) v.z = ordinals_[2][v.z - 1];
+    }
+    sink_.add(mapped);
+  }
+
+ private:
+  VertexSink& sink_;
+  std::array<std::vector<std::uint32_t>, 3> ordinals_;
+};
+
+/// One run of the method over a grid of tiles.
+class CellRunner {
+ public:
+  CellRunner(const TileGrid& grid, const Options& options, const CellSink& sink, Report& report)
+      : grid_(grid),
+        options_(options),
+        sink_(sink),
+        report_(report),
+        cutters_(TileCutter({options.tuning.cell, options.tuning.cell_boxes})) {}
+
+  void run() {
+    std::unique_ptr<Device> device = open_device(options_.device);
+    report_.device = device->info().id;
+    std::size_t tile = 0;
+    if (report_.device != "native") {
+      try {
+        CellStage stages[2] = {{*device, options_.kernel, options_.tuning, sink_},
+                               {*device, options_.kernel, options_.tuning, sink_}};
+        run_on_device(stages, tile);
+      } catch (const Error& error) {
+        if (error.kind() != ErrorKind::device && error.kind() != ErrorKind::resources) throw;
+        if (options_.warn) options_.warn(report_.device + " failed, going on natively: " + error.what());
+        report_.device = "native";
+        NativeCells native(options_.kernel, sink_);
+        for (CellBatch& batch : batches_) {  // what the device had not given back
+          native.run(batch);
+          batch.clear();
+        }
+      }
+    }
+    run_natively(tile);
+    cutters_.for_each([&](const TileCutter& cutter) { report_.cells += cutter.statistics(); });
+  }
+
+ private:
+  /// Cuts a tile into cells, appended to `batch`.
+  void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
+    if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+    const auto corner = grid_.corner(tile);
+    LatticeSums covered;
+    TileCutter& cutter = cutters_.local();
+    if (grid_.covered(tile))
+      cutter.add_covered_tile(grid_.edge(), sink_.sums ? &covered : nullptr);
+    else if (!grid_.boxes(tile).empty())
+      cutter.cut(grid_.boxes(tile), grid_.edge(), {corner[0] - 1, corner[1] - 1, corner[2] - 1}, run_cost,
+                 batch, sink_.sums ? &covered : nullptr);
+    if (covered.volume != 0) sink_.sums->add(covered, corner);
+    const std::size_t done = ++done_;
+    if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(grid_.size()));
+  }
+
+  /// Every thread cuts a tile and computes its cells while they are in its cache.
+  void run_natively(std::size_t first_tile) {
+    struct Worker {
+      NativeCells cells;
+      CellBatch batch;
+    };
+    PerThread<Worker> workers([&] { return Worker{NativeCells(options_.kernel, sink_), {}}; });
+    parallel_ranges(first_tile, grid_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      Worker& worker = workers.local();
+      for (std::size_t tile = begin; tile < end; ++tile) {
+        worker.batch.clear();
+        cut(tile, ~std::uint64_t{0}, worker.batch);
+        worker.cells.run(worker.batch);
+      }
+    });
+  }
+
+  /// The host cuts a batch of tiles while the device computes the one before. `tile` is the first tile that
+  /// is in no batch.
+  void run_on_device(CellStage (&stages)[2], std::size_t& tile) {
+    const std::size_t capacity = stages[0].capacity();
+    for (int current = 0;; current = 1 - current) {
+      CellBatch& batch = batches_[current];
+      fill(batch, capacity, tile);
+      if (!batch.runs.empty()) stages[current].begin(batch);
+      CellBatch& previous = batches_[1 - current];
+      if (!previous.runs.empty()) {
+        stages[1 - current].finish(previous);
+        previous.clear();
+      }
+      if (batch.runs.empty() && tile == grid_.size()) return;
+    }
+  }
+
+  /// Cuts tiles until the batch holds about `capacity` boxes.
+  void fill(CellBatch& batch, std::size_t capacity, std::size_t& tile) {
+    batch.clear();
+    std::size_t end = tile, boxes = 0;
+    while (end < grid_.size() && (boxes == 0 || boxes + grid_.boxes(end).size() <= capacity / 4))
+      boxes += grid_.boxes(end++).size();
+    std::mutex mutex;
+    PerThread<CellBatch> parts;
+    parallel_ranges(tile, end, 1, [&](std::size_t first, std::size_t last) {
+      CellBatch& part = parts.local();
+      part.clear();
+      for (std::size_t t = first; t < last; ++t) cut(t, kRunCost, part);
+      const std::lock_guard lock(mutex);
+      batch.append(part);
+    });
+    tile = end;
+  }
+
+  const TileGrid& grid_;
+  const Options& options_;
+  const CellSink& sink_;
+  Report& report_;
+  PerThread<TileCutter> cutters_;
+  CellBatch batches_[2];
+  std::atomic<std::size_t> done_ = 0;
+};
+
+}  // namespace
+
+void unite_by_cells(const BoxSet& boxes, const Axes& axes, const Options& options, VertexSink* vertices,
+                    MassSink* mass, Report& report) {
+  report.method = "cells";
+  report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
+  Stopwatch watch(report);
+  const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
+  VertexSink* sink = mass ? mass : vertices;
+  std::array<std::uint32_t, 3> counts{axes[0].count(), axes[1].count(), axes[2].count()};
+  if (counts[0] == 0) return;
+  const auto too_many_tiles = [&](const TileGrid::Plan& plan) {
+    return plan.count() > std::max<std::size_t>(512, boxes.size() / 4);
+  };
+
+  std::vector<OrdinalBox> kept;
+  std::optional<OrdinalSource> source;
+  if (lattice) {
+    source.emplace(boxes, axes);
+  } else {
+    kept = ordinal_boxes(boxes, axes);
+    source.emplace(std::span<const OrdinalBox>(kept));
+  }
+  TileGrid::Plan plan;
+  CellSink cells{sink, nullptr};
+  std::optional<Positions> positions;
+  if (mass && lattice && options.kernel == CellKernel::occupancy) {
+    plan = TileGrid::plan(*source, counts, kSumsLogEdge);
+    if (!too_many_tiles(plan) && plan.touched < 3) cells.sums = mass;
+  }
+  if (!cells.sums) {
+    plan = TileGrid::plan(*source, counts, kPackedLogEdge);
+    if (too_many_tiles(plan)) {
+      std::array<bool, 3> wide;
+      for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes.size();
+      if (lattice) kept = ordinal_boxes(boxes, axes);
+      positions.emplace(kept, wide, *sink);
+      for (int a = 0; a < 3; ++a)
+        if (wide[a]) counts[a] = positions->count(a);
+      cells.vertices = &*positions;
+      source.emplace(std::span<const OrdinalBox>(kept));
+      plan = TileGrid::plan(*source, counts, kPackedLogEdge);
+    }
+  }
+  watch.lap("plan");
+  const TileGrid grid(*source, plan);
+  watch.lap("tiles");
+  CellRunner(grid, options, cells, report).run();
+  if (cells.sums && grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
+  watch.lap("cells");
+}
+
+}  // namespace boxunion
