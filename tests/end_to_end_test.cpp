@@ -1,5 +1,6 @@
 // From a file of any coordinates to mass properties: what rationals over the voxels give, rounded once.
 
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <bit>

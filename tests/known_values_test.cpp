@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <random>
+#include <string>
 
 #include "core/generate.hpp"
 #include "host/engine.hpp"
@@ -16,8 +17,11 @@ namespace {
 
 class KnownValues : public EveryDevice {
  protected:
+  /// By cells; by slices it must be the same.
   MassProperties measure(const BoxSet& boxes) const {
-    return boxunion::measure(boxes, {.device = GetParam()});
+    const MassProperties mass = boxunion::measure(boxes, {.method = Method::cells, .device = GetParam()});
+    EXPECT_EQ(boxunion::measure(boxes, {.method = Method::slices, .device = GetParam()}), mass);
+    return mass;
   }
 };
 INSTANTIATE_TEST_SUITE_P(Devices, KnownValues, testing::ValuesIn(device_ids()), device_name);
@@ -83,13 +87,16 @@ TEST_P(KnownValues, VertexFilesAreTheSameToTheByteHoweverTheyAreMade) {
       EXPECT_EQ(files(boxes, {.device = GetParam(), .threads = threads}), expected) << threads << " threads";
     for (const std::uint32_t workgroup : {1u, 8u, 32u})
       for (const Shape shape : {Shape::group, Shape::item})
-        for (const std::uint32_t tile : {7u, 31u})
-          EXPECT_EQ(
-              files(boxes, {.method = Method::slices,
-                            .device = GetParam(),
-                            .tuning = {.shape = shape, .workgroup = workgroup, .tile_coordinates = tile}}),
-              expected)
-              << (shape == Shape::group ? "group " : "item ") << workgroup << ", tiles of " << tile;
+        for (const std::uint32_t size : {2u, 7u, 31u}) {
+          Options options{.method = Method::slices,
+                          .device = GetParam(),
+                          .tuning = {.shape = shape, .workgroup = workgroup, .tile_coordinates = size}};
+          const std::string launch = (shape == Shape::group ? "group " : "item ") + std::to_string(workgroup);
+          EXPECT_EQ(files(boxes, options), expected) << launch << ", tiles of " << size;
+          options.method = Method::cells;
+          options.tuning = {.shape = shape, .workgroup = workgroup, .cell = size};
+          EXPECT_EQ(files(boxes, options), expected) << launch << ", cells of " << size;
+        }
   }
 }
 

@@ -4,8 +4,11 @@
 #include <stdlib.h>
 
 #include <atomic>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
+#include "core/generate.hpp"
 #include "host/engine.hpp"
 #include "tests/every_device.hpp"
 
@@ -22,60 +25,93 @@ BoxSet nested(int count) {
   }
   return boxes;
 }
-constexpr int kFourBatches = 1300;
+constexpr int kFourBatches = 1300, kUniverse = 32768;
 
 class Resilience : public EveryDevice {
  protected:
   ~Resilience() override { ::unsetenv("BOXUNION_FAIL_DEVICE"); }
-  Options options() const { return {.method = Method::slices, .device = GetParam()}; }
+
+  /// Runs with the n-th call of one kind failing on the device: the result is the same and one warning says
+  /// so.
+  template <class Run>
+  void expect_native_fallback(Method method, const std::vector<std::string>& calls, Run&& run) {
+    Report report;
+    const auto expected = run(Options{.method = method, .device = "native"}, report);
+    for (const std::string& call : calls) {
+      SCOPED_TRACE(call);
+      std::vector<std::string> warnings;
+      Options options{.method = method, .device = GetParam()};
+      options.warn = [&](const std::string& line) { warnings.push_back(line); };
+      ::setenv("BOXUNION_FAIL_DEVICE", call.c_str(), 1);
+      EXPECT_TRUE(run(options, report) == expected);
+      EXPECT_EQ(report.device, "native");
+      ASSERT_EQ(warnings.size(), 1u);
+      EXPECT_TRUE(warnings[0].starts_with(GetParam() + " failed, going on natively: ")) << warnings[0];
+    }
+  }
 };
 INSTANTIATE_TEST_SUITE_P(Devices, Resilience, testing::ValuesIn(device_ids()), device_name);
 
-TEST_P(Resilience, AFailingDeviceCostsAWarningNotTheResult) {
+TEST_P(Resilience, SlicesGoOnNativelyWhereTheDeviceFails) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = nested(kFourBatches);
-  const Solid expected = unite(boxes, {.device = "native"});
-  ASSERT_EQ(expected.vertices.size(), 16u);
-  for (const char* call : {"load:1", "allocate:1", "allocate:3", "clear:1", "clear:2", "upload:1", "upload:4",
-                           "dispatch:1", "dispatch:3", "download:1", "download:5", "wait:1", "wait:6"}) {
-    SCOPED_TRACE(call);
-    std::vector<std::string> warnings;
-    Options options = this->options();
-    options.warn = [&](const std::string& line) { warnings.push_back(line); };
-    ::setenv("BOXUNION_FAIL_DEVICE", call, 1);
-    Report report;
-    EXPECT_EQ(unite(boxes, options, &report).vertices, expected.vertices);
-    EXPECT_EQ(report.device, "native");
-    ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_TRUE(warnings[0].starts_with(GetParam() + " failed, going on natively: ")) << warnings[0];
-  }
+  expect_native_fallback(
+      Method::slices,
+      {"load:1", "allocate:1", "allocate:3", "clear:1", "clear:2", "upload:1", "upload:4", "dispatch:1",
+       "dispatch:3", "download:1", "download:5", "wait:1", "wait:6"},
+      [&](const Options& options, Report& report) { return unite(boxes, options, &report).vertices; });
 }
 
-TEST_P(Resilience, AnInterruptedRunEndsWithAnError) {
-  std::atomic<bool> interrupted = true;
-  Options options = this->options();
-  options.interrupted = &interrupted;
-  const auto expect_interrupted = [&](auto&& run) {
-    try {
-      run();
-      FAIL() << "not interrupted";
+TEST_P(Resilience, CellsGoOnNativelyWhereTheDeviceFails) {
+  if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
+  const BoxSet boxes = collect(generate_cubes(200'000, 60, kUniverse, 3));
+  const std::vector<std::string> calls = {"load:1",     "allocate:2", "upload:1",
+                                          "dispatch:1", "download:1", "wait:1"};
+  expect_native_fallback(Method::cells, calls, [&](const Options& options, Report& report) {
+    return unite(boxes, options, &report).vertices;
+  });
+  expect_native_fallback(Method::cells, calls, [&](const Options& options, Report& report) {
+    return measure(boxes, options, &report);
+  });
+}
+
+/// Three batches are in all stages at once: being cut, on the device, given back.
+TEST_P(Resilience, CellsLoseNoBatchWhereTheDeviceFailsLater) {
+  if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
+  const BoxSet boxes = collect(generate_cubes(1'000'000, 30, kUniverse, 3));
+  expect_native_fallback(
+      Method::cells, {"upload:9", "dispatch:2", "dispatch:3", "download:4", "wait:3"},
+      [&](const Options& options, Report& report) { return measure(boxes, options, &report); });
+}
+
+void expect_interrupted(const BoxSet& boxes, const Options& options) {
+  for (const bool by_measure : {true, false}) try {
+      if (by_measure)
+        measure(boxes, options);
+      else
+        unite(boxes, options);
+      ADD_FAILURE() << "not interrupted";
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::interrupted);
     }
-  };
-  expect_interrupted([&] { measure(nested(1), options); });
-  expect_interrupted([&] { unite(nested(1), options); });
+}
 
-  // in the middle, after the first batch
-  interrupted = false;
-  int batches = 0;
-  options.progress = [&](double fraction) {
-    ++batches;
-    EXPECT_LT(fraction, 1);
-    interrupted = true;
-  };
-  expect_interrupted([&] { measure(nested(kFourBatches), options); });
-  EXPECT_EQ(batches, 1);
+TEST_P(Resilience, AnInterruptedRunEndsWithAnError) {
+  for (const Method method : {Method::cells, Method::slices}) {
+    Options options{.method = method, .device = GetParam()};
+    std::atomic<bool> interrupted = true;
+    options.interrupted = &interrupted;
+    expect_interrupted(nested(1), options);
+
+    interrupted = false;  // later, once some of the work is done
+    options.progress = [&](double fraction) {
+      EXPECT_LT(fraction, 1);
+      interrupted = true;
+    };
+    expect_interrupted(
+        method == Method::slices ? nested(kFourBatches) : collect(generate_cubes(200'000, 60, kUniverse, 3)),
+        options);
+  }
 }
 
 }  // namespace
