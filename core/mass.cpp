@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <utility>
 #include <variant>
 
@@ -154,9 +153,14 @@ class SignificandAxis {
     least_ = axis.is_lattice() ? axis.exponent() : 0;
     if (axis.is_lattice()) return;
     // Coordinates ascend, so the extreme exponents are at both ends and on both sides of zero.
-    const auto ordinals = std::views::iota(std::uint32_t(1), axis.count() + 1);
-    const std::uint32_t after_negative = *std::ranges::partition_point(
-        ordinals, [&](std::uint32_t ordinal) { return axis.coordinate(ordinal) < 0; });
+    std::uint32_t after_negative = 1;
+    for (std::uint32_t end = axis.count() + 1; after_negative < end;) {
+      const std::uint32_t middle = after_negative + (end - after_negative) / 2;
+      if (axis.coordinate(middle) < 0)
+        after_negative = middle + 1;
+      else
+        end = middle;
+    }
     int least = std::numeric_limits<int>::max(), greatest = std::numeric_limits<int>::min();
     for (const std::uint32_t ordinal :
          {std::uint32_t(1), after_negative - 1, after_negative, after_negative + 1, axis.count()}) {

@@ -283,6 +283,37 @@ TEST_F(Command, BoundaryWritesTheVertices) {
   EXPECT_EQ(folder_.read("v.npy").size(), 192u + 8 * 31);
 }
 
+TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
+  run("generate cubes --count 50 --edge 9 --universe 40 -o a.csv");
+  EXPECT_EQ(run("boundary a.csv -o native.csv --device native").status, 0);
+  const nlohmann::json listed = json("devices --json");
+  for (const nlohmann::json& device : listed.at("devices")) {
+    const std::string id = device.at("id");
+    if (id == "native") continue;
+    for (const char* call :
+         {"load:1", "allocate:2", "upload:1", "clear:1", "dispatch:1", "download:1", "wait:1"}) {
+      const Outcome r = shell("BOXUNION_FAIL_DEVICE="s + call +
+                              " " BOXUNION_COMMAND " boundary a.csv -o out.csv --device " + id + " --json");
+      EXPECT_EQ(r.status, 0) << id << call;
+      EXPECT_TRUE(r.err.starts_with("boxunion: warning: " + id + " failed, going on natively: ")) << r.err;
+      EXPECT_EQ(nlohmann::json::parse(r.out).at("device"), "native");
+      EXPECT_EQ(folder_.read("out.csv"), folder_.read("native.csv")) << id << call;
+    }
+  }
+}
+
+TEST_F(Command, SlabsAreStreamedNotHeld) {
+  // 4000 boxes inside each other: 16 million rectangles in 8000 slabs, 256 MB if held at once
+  std::string boxes;
+  for (int i = 0; i < 4000; ++i)
+    boxes += "0,0," + std::to_string(i) + ",1,1," + std::to_string(8000 - i) + "\n";
+  folder_.write("nested.csv", boxes);
+  const Outcome r = shell("ulimit -v 400000; " BOXUNION_COMMAND
+                          " measure nested.csv --method slices --device native --threads 2 --json");
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 8000);
+}
+
 TEST_F(Command, DevicesAlwaysListsTheNativeOne) {
   const nlohmann::json result = json("devices --json");
   EXPECT_EQ(result.at("devices").at(0).at("id"), "native");
