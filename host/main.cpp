@@ -180,6 +180,7 @@ class CommandLine {
   static CLI::Option* add_choice(CLI::App* sub, const std::string& name, T& value,
                                  const std::map<std::string, T>& choices, const std::string& help) {
     std::vector<std::string> words;
+    words.reserve(choices.size());
     for (const auto& choice : choices) words.push_back(choice.first);
     return sub
         ->add_option_function<std::string>(

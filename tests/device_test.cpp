@@ -62,7 +62,8 @@ Result run_contour(Device& device, Shape shape, std::uint32_t workgroup, const T
   const auto tile = upload(device, tiles.tile), rectangle = upload(device, tiles.rectangle);
   const auto found = device.allocate(8u * tiles.count());
   const auto vertex = upload(device, Words(3u * slots, untouched));
-  const auto total = upload(device, {0, 0});  // to oclgrind 21.10, what was filled is uninitialized
+  const auto total = upload(device, {untouched, untouched});  // to oclgrind 21.10, clear initializes nothing
+  device.clear(*total, 8);
   const std::array<Buffer*, 5> buffers{tile.get(), rectangle.get(), found.get(), vertex.get(), total.get()};
   const std::array<std::uint32_t, 3> parameters{tiles.count(), capacity, 2};
   device.dispatch(*kernel, buffers, std::as_bytes(std::span(parameters)), tiles.count());
