@@ -8,7 +8,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::uint32_t kRanks = 31;             // distinct coordinates an axis that a kernel holds
+constexpr std::uint32_t kRanks = 30;             // distinct coordinates an axis that a kernel holds
 constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
 constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid

@@ -45,7 +45,7 @@ struct CellStatistics {
   CellStatistics& operator+=(const CellStatistics& other);
 };
 
-/// Cuts tiles into cells that a kernel can hold: at most 31 distinct coordinates of its own on every axis.
+/// Cuts tiles into cells that a kernel can hold: at most 30 distinct coordinates of its own on every axis.
 ///
 /// A uniform grid (UNION3, section 4) whose cell size fits the boxes does most of the work while they are in
 /// cache; cells that one box covers are marked before anything is stored in them; a cell that is still

@@ -12,7 +12,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kSums = 18;  // of a run, see kernels/cell_sums.h
+constexpr std::size_t kSums = 18;  // of a run, in the order that kernels/cell_occupancy.k writes
 
 static_assert(sizeof(PackedBox) == 16 && sizeof(Cell) == 24 && sizeof(CellRun) == 20 && sizeof(Vertex) == 16);
 

@@ -1,0 +1,235 @@
+// The ratios by which the method cells is judged, each against a rival or against itself in the same run:
+//
+//   bench_cells [RUNS=5] [SECTION...]     sections: sort scaling density threads devices kernels (default:
+//   all)
+//
+// Every result is checked before it is timed. Prints Markdown tables; times are medians, in seconds.
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "core/generate.hpp"
+#include "host/engine.hpp"
+
+namespace boxunion {
+namespace {
+
+int runs = 5;
+
+template <class F>
+double seconds_of(F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double cpu_seconds() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+/// Cubes of one edge at integer positions in a universe of 32 768.
+BoxSet cubes(std::uint64_t count, std::int64_t edge) {
+  return collect(generate_cubes(count, edge, 32768, 1));
+}
+
+/// The edge of `count` cubes whose volumes add up to `sum` universes.
+std::int64_t edge_of(std::uint64_t count, double sum) {
+  return std::llround(32768 * std::cbrt(sum / double(count)));
+}
+
+/// Fails unless the volume is that of random cubes within sampling error.
+void check_volume(const MassProperties& mass, std::uint64_t count, std::int64_t edge) {
+  const double universe = std::pow(32768.0, 3), v = std::pow(double(edge), 3) / universe;
+  const double expected = 1 - std::pow(1 - v, double(count));
+  const double slack =
+      0.02 * expected + 6 * std::sqrt(v) * expected;  // boxes stay inside: borders are thinner
+  if (std::abs(mass.volume / universe - expected) > slack + 3 * double(edge) / 32768 * expected) {
+    fmt::print(stderr, "wrong volume {} for {} cubes of edge {}, expected about {}\n", mass.volume / universe,
+               count, edge, expected);
+    std::exit(1);
+  }
+}
+
+/// Wall and CPU seconds of measure: medians.
+struct Times {
+  double wall, cpu;
+};
+Times time_measure(const BoxSet& boxes, const Options& options, const MassProperties& expected) {
+  std::vector<double> wall, cpu;
+  for (int r = 0; r <= runs; ++r) {  // the first run warms up: kernels are compiled, memory is touched
+    MassProperties mass;
+    const double start = cpu_seconds();
+    const double seconds = seconds_of([&] { mass = measure(boxes, options); });
+    if (mass != expected) {
+      fmt::print(stderr, "{} disagrees with native\n", options.device);
+      std::exit(1);
+    }
+    if (r == 0) continue;
+    wall.push_back(seconds);
+    cpu.push_back(cpu_seconds() - start);
+  }
+  return {median(wall), median(cpu)};
+}
+
+std::vector<std::string> devices() {
+  std::vector<std::string> ids;
+  for (const DeviceInfo& device : list_devices()) ids.push_back(device.id);
+  return ids;
+}
+
+void against_sort() {
+  fmt::print(
+      "\n| cubes | edge | tbb::parallel_sort | device | measure | ratio |\n|---|---|---|---|---|---|\n");
+  for (const auto& [count, edge] : {std::pair{5'000'000, 48}, {20'000'000, 30}}) {
+    const BoxSet boxes = cubes(count, edge);
+    const MassProperties expected = measure(boxes, {.device = "native"});
+    check_volume(expected, count, edge);
+    for (const std::string& device : devices()) {
+      if (device.starts_with("vulkan") && count > 5'000'000) continue;
+      std::vector<double> ours, sorts, ratios;
+      for (int r = 0; r <= runs; ++r) {  // in turn, so that both see the same machine
+        double sort = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          std::vector<double> corners(2 * boxes.size());
+          boxes.visit([&](const auto& all) {
+            for (std::size_t i = 0; i < all.size(); ++i) {
+              corners[2 * i] = all[i][axis];
+              corners[2 * i + 1] = all[i][axis + 3];
+            }
+          });
+          sort += seconds_of([&] { tbb::parallel_sort(corners.begin(), corners.end()); });
+        }
+        MassProperties mass;
+        const double time = seconds_of([&] { mass = measure(boxes, {.device = device}); });
+        if (mass != expected) std::exit(1);
+        if (r == 0) continue;
+        sorts.push_back(sort);
+        ours.push_back(time);
+        ratios.push_back(time / sort);
+      }
+      fmt::print("| {} | {} | {:.3f} | {} | {:.3f} | {:.3f} |\n", count, edge, median(sorts), device,
+                 median(ours), median(ratios));
+      std::fflush(stdout);
+    }
+  }
+}
+
+void scaling() {
+  fmt::print("\n| cubes, sum of volumes 0.0157 | measure | ns a box |\n|---|---|---|\n");
+  for (const std::uint64_t count : {10'000, 100'000, 1'000'000, 5'000'000, 20'000'000}) {
+    const std::int64_t edge = edge_of(count, 0.0157);
+    const BoxSet boxes = cubes(count, edge);
+    const MassProperties expected = measure(boxes, {.device = "native"});
+    check_volume(expected, count, edge);
+    const Times t = time_measure(boxes, {.device = "native"}, expected);
+    fmt::print("| {} | {:.4f} | {:.0f} |\n", count, t.wall, 1e9 * t.wall / double(count));
+    std::fflush(stdout);
+  }
+}
+
+void density() {
+  fmt::print(
+      "\n| cubes | sum of volumes | measure | against the sparsest | vertices |\n|---|---|---|---|---|\n");
+  for (const std::uint64_t count : {100'000, 1'000'000}) {
+    double sparsest = 0;
+    for (const double sum : {0.015, 0.5, 3.0}) {
+      const BoxSet boxes = cubes(count, edge_of(count, sum));
+      const MassProperties expected = measure(boxes, {.device = "native"});
+      check_volume(expected, count, edge_of(count, sum));
+      const Times t = time_measure(boxes, {.device = "native"}, expected);
+      if (sparsest == 0) sparsest = t.wall;
+      fmt::print("| {} | {} | {:.4f} | {:.1f} | {} |\n", count, sum, t.wall, t.wall / sparsest,
+                 expected.vertices);
+      std::fflush(stdout);
+    }
+  }
+}
+
+void threads() {
+  const BoxSet boxes = cubes(5'000'000, 48);
+  const MassProperties expected = measure(boxes, {.device = "native"});
+  const Times one = time_measure(boxes, {.device = "native", .threads = 1}, expected);
+  const Times two = time_measure(boxes, {.device = "native", .threads = 2}, expected);
+  fmt::print(
+      "\n| threads | measure, 5 M cubes | speed-up |\n|---|---|---|\n| 1 | {:.3f} | 1 |\n| 2 | {:.3f} | "
+      "{:.2f} |\n",
+      one.wall, two.wall, one.wall / two.wall);
+}
+
+/// CPU time of the whole run, the same cells on every device.
+void by_device() {
+  fmt::print("\n| cubes | sum of volumes | device | CPU s | against native |\n|---|---|---|---|---|\n");
+  for (const double sum : {0.015, 0.5}) {
+    const std::uint64_t count = 500'000;
+    const BoxSet boxes = cubes(count, edge_of(count, sum));
+    const MassProperties expected = measure(boxes, {.device = "native"});
+    double native = 0;
+    for (const std::string& device : devices()) {
+      const Times t = time_measure(boxes, {.device = device}, expected);
+      if (native == 0) native = t.cpu;
+      fmt::print("| {} | {} | {} | {:.3f} | {:.2f} |\n", count, sum, device, t.cpu, t.cpu / native);
+      std::fflush(stdout);
+    }
+  }
+}
+
+void kernels() {
+  fmt::print("\n| boxes a cell | occupancy | faces | faces / occupancy |\n|---|---|---|---|\n");
+  for (const std::int64_t edge : {300, 600, 1000, 1500}) {
+    const BoxSet boxes = cubes(50'000, edge);
+    Report report;
+    const MassProperties expected = measure(boxes, {.device = "native"}, &report);
+    const auto unite_with = [&](CellKernel kernel) {
+      std::vector<double> times;
+      for (int r = 0; r <= runs; ++r) {
+        std::size_t vertices = 0;
+        const double t = seconds_of([&] {
+          vertices = unite(boxes, {.kernel = kernel, .device = "native", .threads = 1}).vertices.size();
+        });
+        if (vertices != expected.vertices) std::exit(1);
+        if (r > 0) times.push_back(t);
+      }
+      return median(times);
+    };
+    const double occupancy = unite_with(CellKernel::occupancy), faces = unite_with(CellKernel::faces);
+    fmt::print("| {:.1f} | {:.3f} | {:.3f} | {:.1f} |\n",
+               double(report.cells.items) / double(report.cells.cells), occupancy, faces, faces / occupancy);
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+}  // namespace boxunion
+
+int main(int argc, char** argv) {
+  using namespace boxunion;
+  const std::pair<std::string, std::function<void()>> sections[] = {
+      {"sort", against_sort}, {"scaling", scaling},   {"density", density},
+      {"threads", threads},   {"devices", by_device}, {"kernels", kernels}};
+  std::set<std::string> wanted;
+  for (int i = 1; i < argc; ++i) {
+    if (const int n = std::atoi(argv[i]); n > 0)
+      runs = n;
+    else
+      wanted.insert(argv[i]);
+  }
+  for (const auto& [name, run] : sections)
+    if (wanted.empty() || wanted.contains(name)) run();
+}
