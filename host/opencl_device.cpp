@@ -280,9 +280,10 @@ class OpenclDevice final : public Device {
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
     check_workgroup(info_, shape, workgroup);
     auto kernel = std::make_unique<OpenclKernel>(source, shape, workgroup);
-    // PoCL 3.1 vectorised for AVX-512 lets the last work-item of a larger group run a turn of LANES too many;
-    // nobody wants such groups on a CPU for their speed
-    const bool mistrust = info_.is_cpu && shape == Shape::group && workgroup > 16;
+    // PoCL 3.1 takes minutes to optimise the larger kernels for groups and, vectorising for AVX-512, lets the
+    // last work-item of a group above 16 run a turn of LANES too many; nobody wants groups on a CPU for their
+    // speed
+    const bool mistrust = info_.is_cpu && shape == Shape::group;
     const std::string options =
         fmt::format("-cl-std=CL1.2{} -DWORKGROUP={}{} {}", mistrust ? " -cl-opt-disable" : "", workgroup,
                     shape == Shape::item ? " -DITEM" : "", source.opencl_options);
