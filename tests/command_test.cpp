@@ -159,8 +159,8 @@ TEST_F(Command, AFullDiskExitsWith5AndLeavesNothing) {
 }
 
 TEST_F(Command, AnInterruptExitsWith130AndLeavesNothing) {
-  const Outcome r =
-      shell("timeout --preserve-status -s INT 1 " BOXUNION_COMMAND " generate sponge --level 14 -o out.csv");
+  const Outcome r = shell("timeout --foreground --preserve-status -s INT 1 " BOXUNION_COMMAND
+                          " generate sponge --level 14 -o out.csv");
   EXPECT_EQ(r.status, 130);
   EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
   EXPECT_EQ(folder_.file_count(), 0u);

@@ -62,8 +62,10 @@ Result run_contour(Device& device, Shape shape, std::uint32_t workgroup, const T
   const auto tile = upload(device, tiles.tile), rectangle = upload(device, tiles.rectangle);
   const auto found = device.allocate(8u * tiles.count());
   const auto vertex = upload(device, Words(3u * slots, untouched));
-  const auto total = upload(device, {untouched, untouched});  // to oclgrind 21.10, clear initializes nothing
+  const auto total = device.allocate(8);
   device.clear(*total, 8);
+  std::ranges::fill(total->view<std::uint32_t>(), 0u);
+  device.upload(*total, 8);  // once more: to oclgrind 21.10, clear initializes nothing
   const std::array<Buffer*, 5> buffers{tile.get(), rectangle.get(), found.get(), vertex.get(), total.get()};
   const std::array<std::uint32_t, 3> parameters{tiles.count(), capacity, 2};
   device.dispatch(*kernel, buffers, std::as_bytes(std::span(parameters)), tiles.count());
