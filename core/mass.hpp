@@ -42,7 +42,7 @@ struct LatticeSums {
 
 /// Turns vertices into mass properties as they come; holds no vertex.
 ///
-/// The sums (Franklin, UNION3, section 4; DESIGN: weights in octants.hpp) are exact: integers on a lattice,
+/// The sums (Franklin, UNION3, section 4; weights in octants.hpp) are exact: integers on a lattice,
 /// on ranks, products of whole significands in a sum for each exponent (exact.hpp).
 class MassSink : public VertexSink {
  public:
