@@ -17,18 +17,15 @@
 //
 // UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
 // thread: there LANES is a plain loop, SHARED an array of the thread's own and SYNC nothing.
-// What all three languages allow: u32, i32, u64 and bool; explicit conversions U32(x), U64(x), I32(x); min and max
+// What all three languages allow: u32, u64 and bool; explicit conversions U32(x), U64(x); min and max
 // of u32; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
 #ifndef BOXUNION_DIALECT_H
 #define BOXUNION_DIALECT_H
 
 #if defined(VULKAN) // GLSL: the compiler defines VULKAN
 #define u32 uint
-#define i32 int
 #define u64 uint64_t
-#define i64 int64_t
 #define U32(x) uint(x)
-#define I32(x) int(x)
 #define U64(x) uint64_t(x)
 #define FN
 #define PARAMETERS_BEGIN layout(push_constant, std430) uniform ParameterBlock {
@@ -42,7 +39,6 @@
 #define KERNEL_END }
 #define POPCOUNT(x) U32(bitCount(x))
 #define LOWEST_BIT(x) U32(findLSB(x))
-#define HIGHEST_BIT(x) U32(findMSB(x))
 #define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomicAdd(target, value)
 #define GROUP_INDEX (gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y)
 #define LANE gl_LocalInvocationIndex
@@ -50,18 +46,14 @@
 #define SHARED_MEMORY shared
 #define BARRIER memoryBarrierShared(); barrier()
 #define ATOMIC_ADD(target, value) atomicAdd(target, value)
-#define ATOMIC_OR(target, value) atomicOr(target, value)
 
 #elif defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__) // OpenCL C; WORKGROUP comes with the build
 #ifndef WORKGROUP
 #define WORKGROUP 32
 #endif
 #define u32 uint
-#define i32 int
 #define u64 ulong
-#define i64 long
 #define U32(x) ((uint)(x))
-#define I32(x) ((int)(x))
 #define U64(x) ((ulong)(x))
 #define FN inline __attribute__((always_inline))
 #define PARAMETERS_BEGIN typedef struct {
@@ -75,7 +67,6 @@
 #define KERNEL_END }
 #define POPCOUNT(x) U32(popcount(x))
 #define LOWEST_BIT(x) (31u - U32(clz((x) & (0u - (x)))))
-#define HIGHEST_BIT(x) (31u - U32(clz(x)))
 #define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomic_add(&(target), value)
 #define GROUP_INDEX U32(get_group_id(0))
 #define LANE U32(get_local_id(0))
@@ -83,18 +74,14 @@
 #define SHARED_MEMORY __local
 #define BARRIER barrier(CLK_LOCAL_MEM_FENCE)
 #define ATOMIC_ADD(target, value) atomic_add(&(target), value)
-#define ATOMIC_OR(target, value) atomic_or(&(target), value)
 
 #else // C++20, compiled inside a namespace that has defined first_counter (see cmake/kernel_native.cpp.in)
 // Builtins instead of <bit>: the linker could keep the copy of a standard inline function that was compiled for
 // a newer CPU than the one it runs on.
 #define SERIAL
 using u32 = std::uint32_t;
-using i32 = std::int32_t;
 using u64 = std::uint64_t;
-using i64 = std::int64_t;
 #define U32(x) static_cast<u32>(x)
-#define I32(x) static_cast<i32>(x)
 #define U64(x) static_cast<u64>(x)
 #define FN static inline
 FN u32 min(const u32 a, const u32 b) { return a < b ? a : b; }
@@ -111,7 +98,6 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define KERNEL_END }
 #define POPCOUNT(x) U32(__builtin_popcount(x))
 #define LOWEST_BIT(x) U32(__builtin_ctz(x))
-#define HIGHEST_BIT(x) (31u - U32(__builtin_clz(x)))
 #define GLOBAL_FETCH_ADD(old, target, value) const u32 old = __atomic_fetch_add(&(target), value, __ATOMIC_RELAXED)
 #endif
 
@@ -125,7 +111,6 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define SYNC
 #define LOCAL_ADD(target, value) (target) += (value)
 #define LOCAL_FETCH_ADD(old, target, value) const u32 old = (target); (target) += (value)
-#define LOCAL_OR(target, value) (target) |= (value)
 #define SHARED_REDUCTION(T, name)
 #define STORE_SUM(target, scratch, value) target = (value)
 #else // one workgroup serves a work unit
@@ -136,7 +121,6 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define SYNC BARRIER
 #define LOCAL_ADD(target, value) ATOMIC_ADD(target, value)
 #define LOCAL_FETCH_ADD(old, target, value) u32 old = ATOMIC_ADD(target, value)
-#define LOCAL_OR(target, value) ATOMIC_OR(target, value)
 #define SHARED_REDUCTION(T, name) SHARED(T, name, 128) // as many lanes as a workgroup may have
 #define STORE_SUM(target, scratch, value)                                        \
   scratch[LANE] = (value);                                                       \
