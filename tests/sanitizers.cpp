@@ -13,7 +13,6 @@ const char* __asan_default_options() {
   return "detect_leaks=0";
 }
 const char* __tsan_default_suppressions() {
-  return "called_from_lib:libtbb.so\ncalled_from_lib:libpocl.so\ncalled_from_lib:libvulkan_lvp.so\n"
-         "race:tbb::detail\n";
+  return "called_from_lib:libtbb.so\nrace_top:oneapi/tbb/\n";
 }
 }
