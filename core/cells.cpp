@@ -65,16 +65,19 @@ TileCutter::TileCutter(Tuning tuning) : tuning_(tuning), levels_(kMostDepth + 1)
 
 void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
                      const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
-                     LatticeSums* covered) {
+                     LatticeSums* sums) {
   boxes_ = boxes;
   batch_ = &batch;
-  covered_ = covered;
+  sums_ = sums;
   first_box_ = std::uint32_t(batch.boxes.size());
-  batch.boxes.insert(batch.boxes.end(), boxes.begin(), boxes.end());
-  while (all_.size() < boxes.size()) all_.push_back(std::uint32_t(all_.size()));
   const std::size_t first_cell = batch.cells.size();
   const PackedRegion tile{packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
-  cut_region(tile, Items(all_).first(boxes.size()), 0);
+  if (!tuning_.cell && clusters_.find(boxes, std::ranges::max(edge))) {
+    cut_clusters(tile);
+  } else {
+    batch.boxes.insert(batch.boxes.end(), boxes.begin(), boxes.end());
+    cut_region(tile, first_indices(boxes.size()), 0);
+  }
   for (std::size_t c = first_cell; c < batch.cells.size();) {
     CellRun run{std::uint32_t(c), 0, origin};
     std::uint64_t cost = 0;
@@ -87,9 +90,57 @@ void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uin
   }
 }
 
-void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* covered) {
-  covered_ = covered;
+void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* sums) {
+  sums_ = sums;
   add_covered({packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)});
+}
+
+/// 0 .. count - 1
+TileCutter::Items TileCutter::first_indices(std::size_t count) {
+  while (all_.size() < count) all_.push_back(std::uint32_t(all_.size()));
+  return Items(all_).first(count);
+}
+
+/// Sums up lone boxes or gives each a cell, gives every small cluster a cell, and cuts what is left by a
+/// grid.
+void TileCutter::cut_clusters(const PackedRegion& tile) {
+  const auto keep = [&](Items items) {
+    for (const std::uint32_t i : items) batch_->boxes.push_back(boxes_[i]);
+  };
+  if (sums_)
+    for (const std::uint32_t i : clusters_.lone()) add_lone(boxes_[i], tile);
+  else
+    keep(clusters_.lone());
+  keep(clusters_.members());
+  keep(clusters_.rest());
+  boxes_ = std::span(batch_->boxes).subspan(first_box_);
+
+  const Items items = first_indices(boxes_.size());
+  std::size_t done = 0;
+  const auto add_cluster = [&](std::size_t end) {
+    const Items cluster = items.subspan(done, end - done);
+    add_cell(bounding_region(tile, cluster), cluster);
+    done = end;
+  };
+  const std::size_t lone_cells = sums_ ? 0 : clusters_.lone().size();
+  while (done < lone_cells) add_cluster(done + 1);
+  for (const std::uint32_t end : clusters_.ends()) add_cluster(lone_cells + end);
+  if (done < items.size()) cut_region(tile, items.subspan(done), 0);
+}
+
+/// The least region that owns all points of the boxes which the tile owns.
+PackedRegion TileCutter::bounding_region(const PackedRegion& tile, Items items) const {
+  std::array<std::uint32_t, 3> lo, hi;
+  for (int a = 0; a < 3; ++a) {
+    lo[a] = packed::kMax, hi[a] = 0;
+    for (const std::uint32_t i : items) {
+      lo[a] = std::min(lo[a], field(boxes_[i].lo, a));
+      hi[a] = std::max(hi[a], field(boxes_[i].hi, a));
+    }
+    lo[a] = std::max(lo[a], field(tile.lo, a));
+    hi[a] = std::min(hi[a] + 1, field(tile.hi, a));
+  }
+  return {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
 }
 
 /// Cuts a region, whatever its boxes are, into cells.
@@ -373,24 +424,27 @@ void TileCutter::add_cell(const PackedRegion& region, Items items) {
 
 void TileCutter::add_covered(const PackedRegion& region) {
   ++statistics_.covered_cells;
-  if (!covered_) return;
-  std::uint64_t d1[3], d2[3], d3[3];
+  if (sums_) add_to_sums({region.lo, region.hi}, {0, 0, 0});
+}
+
+/// Sums up a box that touches no other one of the tile.
+void TileCutter::add_lone(PackedBox box, const PackedRegion& tile) {
+  std::array<std::uint32_t, 3> ends;
   for (int a = 0; a < 3; ++a) {
-    const std::uint64_t lo = field(region.lo, a) - 1, hi = field(region.hi, a) - 1;
-    d1[a] = hi - lo;
-    d2[a] = hi * hi - lo * lo;
-    d3[a] = hi * hi * hi - lo * lo * lo;
+    const bool begins = field(box.lo, a) > 0;
+    if (!begins) box.lo = packed::with_field(box.lo, a, 1);
+    ends[a] = std::uint32_t(begins) + std::uint32_t(field(box.hi, a) < field(tile.hi, a));
   }
-  const auto add = [](std::int64_t& sum, std::uint64_t term) {
-    sum = std::int64_t(std::uint64_t(sum) + term);
-  };
-  add(covered_->volume, d1[0] * d1[1] * d1[2]);
-  for (int a = 0; a < 3; ++a) {
-    const int b = (a + 1) % 3, c = (a + 2) % 3;
-    add(covered_->first[a], d2[a] * d1[b] * d1[c]);
-    add(covered_->second[a], d3[a] * d1[b] * d1[c]);
-    add(covered_->second[3 + a], d2[a] * d2[b] * d1[c]);
-  }
+  add_to_sums(box, ends);
+  ++statistics_.cells;
+  ++statistics_.items;
+}
+
+/// The kernels' sums count from 0 at the tile's low corner.
+void TileCutter::add_to_sums(const PackedBox& box, const std::array<std::uint32_t, 3>& ends) {
+  std::array<std::uint32_t, 3> lo, hi;
+  for (int a = 0; a < 3; ++a) lo[a] = field(box.lo, a) - 1, hi[a] = field(box.hi, a) - 1;
+  sums_->add_box(lo, hi, ends);
 }
 
 }  // namespace boxunion

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/clusters.hpp"
 #include "core/mass.hpp"
 #include "core/packed.hpp"
 
@@ -47,10 +48,11 @@ struct CellStatistics {
 
 /// Cuts tiles into cells that a kernel can hold: at most 30 distinct coordinates of its own on every axis.
 ///
-/// A uniform grid (UNION3, section 4) whose cell size fits the boxes does most of the work while they are in
-/// cache; cells that one box covers are marked before anything is stored in them; a cell that is still
-/// crowded gets a grid of its own or, with few boxes, is halved at the median of its coordinates until it
-/// fits. Equal clips are merged on the way.
+/// Small clusters of boxes that touch no others get a cell each; what is left, or where nearly all boxes
+/// touch others, all of them, is cut by a grid. A uniform grid (UNION3, section 4) whose cell size fits the
+/// boxes does most of the work while they are in cache; cells that one box covers are marked before anything
+/// is stored in them; a cell that is still crowded gets a grid of its own or, with few boxes, is halved at
+/// the median of its coordinates until it fits. Equal clips are merged on the way.
 class TileCutter {
  public:
   struct Tuning {
@@ -62,15 +64,15 @@ class TileCutter {
   explicit TileCutter(Tuning tuning);
 
   /// Appends the cells of a tile to `batch` as runs whose boxes, squared by cell, add up to about `run_cost`.
-  /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `covered` is
-  /// given, volume and moments of the covered regions are added to it, in coordinates that count from 0 at
-  /// the low corner.
+  /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `sums` are
+  /// given, what the grid knows by itself is added to them and not to the batch: covered regions and lone
+  /// boxes, in coordinates that count from 0 at the low corner.
   void cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
            const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
-           LatticeSums* covered);
+           LatticeSums* sums);
 
   /// Notes a tile that one box covers, as cut() does with covered cells.
-  void add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* covered);
+  void add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* sums);
 
   const CellStatistics& statistics() const { return statistics_; }
 
@@ -93,6 +95,9 @@ class TileCutter {
     std::vector<std::uint32_t> kept;                  // boxes that are not hidden
   };
 
+  Items first_indices(std::size_t count);
+  void cut_clusters(const PackedRegion& tile);
+  PackedRegion bounding_region(const PackedRegion& tile, Items items) const;
   Items drop_hidden(const PackedRegion& region, Items items, std::vector<std::uint32_t>& kept) const;
   Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
   void cut_by_grid(const Grid& grid, Items items, std::size_t depth);
@@ -105,6 +110,8 @@ class TileCutter {
                          std::size_t begin) const;
   void add_cell(const PackedRegion& region, Items items);
   void add_covered(const PackedRegion& region);
+  void add_lone(PackedBox box, const PackedRegion& tile);
+  void add_to_sums(const PackedBox& box, const std::array<std::uint32_t, 3>& ends);
 
   Tuning tuning_;
   CellStatistics statistics_;
@@ -113,9 +120,10 @@ class TileCutter {
   std::span<const PackedBox> boxes_;
   std::uint32_t first_box_ = 0;  // of the tile, in the batch
   CellBatch* batch_ = nullptr;
-  LatticeSums* covered_ = nullptr;
+  LatticeSums* sums_ = nullptr;
 
   // scratch
+  Clusters clusters_;
   std::vector<std::uint32_t> all_;  // 0, 1, 2, ...
   std::vector<Level> levels_;
   std::vector<std::uint32_t> stack_;               // boxes of the cells being halved

@@ -38,6 +38,12 @@ struct LatticeSums {
   std::array<std::int64_t, 3> first{};
   std::array<std::int64_t, 6> second{};
   std::array<std::int64_t, 3> area{}, length{};
+
+  friend bool operator==(const LatticeSums&, const LatticeSums&) = default;
+  /// Adds the box [lo, hi], which the region holds and no other box touches; it owns `ends[a]` (0 to 2) of
+  /// the box's two faces normal to axis a. With no ends: a part of the inside of the union.
+  void add_box(const std::array<std::uint32_t, 3>& lo, const std::array<std::uint32_t, 3>& hi,
+               const std::array<std::uint32_t, 3>& ends);
 };
 
 /// Turns vertices into mass properties as they come; holds no vertex.
@@ -64,5 +70,37 @@ class MassSink : public VertexSink {
   struct Sums;
   std::unique_ptr<Sums> sums_;
 };
+
+// ---- implementation ----
+
+inline void LatticeSums::add_box(const std::array<std::uint32_t, 3>& lo,
+                                 const std::array<std::uint32_t, 3>& hi,
+                                 const std::array<std::uint32_t, 3>& ends) {
+  // modulo 2^64 on the way: only the sum is known to fit
+  const auto add = [](std::int64_t& to, std::uint64_t term) {
+    to = static_cast<std::int64_t>(static_cast<std::uint64_t>(to) + term);
+  };
+  std::uint64_t edge[3], sum[3], square[3];  // (hi^2 - lo^2) / edge and (hi^3 - lo^3) / edge
+  for (unsigned a = 0; a < 3; ++a) {
+    const std::uint64_t l = lo[a], h = hi[a];
+    edge[a] = h - l;
+    sum[a] = h + l;
+    square[a] = sum[a] * sum[a] - h * l;
+  }
+  const std::uint64_t face[3] = {edge[1] * edge[2], edge[2] * edge[0], edge[0] * edge[1]};
+  const std::uint64_t box = edge[0] * face[0];
+  const std::uint64_t corners = std::uint64_t{ends[0]} * ends[1] * ends[2];
+  vertices += corners;
+  extreme += corners;
+  add(volume, box);
+  for (unsigned a = 0; a < 3; ++a) {
+    const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
+    add(first[a], box * sum[a]);
+    add(second[a], box * square[a]);
+    add(second[3 + a], box * sum[a] * sum[b]);
+    add(area[a], face[a] * ends[a]);
+    add(length[a], edge[a] * ends[b] * ends[c]);
+  }
+}
 
 }  // namespace boxunion

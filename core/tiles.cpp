@@ -16,7 +16,8 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kBoxesPerTile = 12000;  // keeps a tile's boxes and items in a core's cache
+constexpr std::size_t kBoxesPerTile =
+    4000;  // keeps a tile's boxes and items in a core's cache, its sweeps narrow
 constexpr std::size_t kMostTiles = 1u << 20;
 
 /// Memory for `count` boxes in large pages where the system has them: the boxes are written in random order.
@@ -61,11 +62,11 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
     // halve the axis that duplicates the fewest boxes
     int best = -1;
     double best_touched = 0;
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 2; a >= 0; --a) {  // of equals the longest, x last: see Clusters
       if (plan.log_edge[a] <= 4) continue;
       auto log_edge = plan.log_edge;
       --log_edge[a];
-      const double t = touched(log_edge) - 1e-9 * log_edge[a];  // the longest of equals
+      const double t = touched(log_edge) - 1e-9 * log_edge[a];
       if (best < 0 || t < best_touched) best = a, best_touched = t;
     }
     if (best < 0 || best_touched > std::max(1.4, 1.1 * plan.touched)) break;

@@ -87,14 +87,14 @@ class CellRunner {
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
     if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
     const auto corner = grid_.corner(tile);
-    LatticeSums covered;
+    LatticeSums sums;
     TileCutter& cutter = cutters_.local();
     if (grid_.covered(tile))
-      cutter.add_covered_tile(grid_.edge(), sink_.sums ? &covered : nullptr);
+      cutter.add_covered_tile(grid_.edge(), sink_.sums ? &sums : nullptr);
     else if (!grid_.boxes(tile).empty())
       cutter.cut(grid_.boxes(tile), grid_.edge(), {corner[0] - 1, corner[1] - 1, corner[2] - 1}, run_cost,
-                 batch, sink_.sums ? &covered : nullptr);
-    if (covered.volume != 0) sink_.sums->add(covered, corner);
+                 batch, sink_.sums ? &sums : nullptr);
+    if (sums != LatticeSums{}) sink_.sums->add(sums, corner);
     const std::size_t done = ++done_;
     if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(grid_.size()));
   }
