@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/closed_form.hpp"
 #include "core/error.hpp"
 
 namespace boxunion {
@@ -101,31 +102,43 @@ TileCutter::Items TileCutter::first_indices(std::size_t count) {
   return Items(all_).first(count);
 }
 
-/// Sums up lone boxes or gives each a cell, gives every small cluster a cell, and cuts what is left by a
-/// grid.
+/// Gives every small cluster a cell, or adds what has a closed form to the sums, and cuts the rest by a grid.
 void TileCutter::cut_clusters(const PackedRegion& tile) {
   const auto keep = [&](Items items) {
     for (const std::uint32_t i : items) batch_->boxes.push_back(boxes_[i]);
+    const std::size_t kept = batch_->boxes.size() - first_box_;
+    return first_indices(kept).last(items.size());
   };
-  if (sums_)
-    for (const std::uint32_t i : clusters_.lone()) add_lone(boxes_[i], tile);
-  else
-    keep(clusters_.lone());
-  keep(clusters_.members());
-  keep(clusters_.rest());
+  const auto add_cluster = [&](Items cluster) {
+    const PackedRegion region = bounding_region(tile, cluster);
+    add_cell(region, keep(cluster));
+  };
+  const auto add_sums = [&](std::size_t boxes) {
+    ++statistics_.cells;
+    statistics_.items += boxes;
+  };
+  LatticeSums sums = sums_ ? *sums_ : LatticeSums{};  // a copy that the compiler knows nobody else to read
+  for (const std::uint32_t& i : clusters_.lone()) {
+    if (sums_)
+      add_lone(sums, boxes_[i], tile), add_sums(1);
+    else
+      add_cluster({&i, 1});
+  }
+  std::size_t begin = 0;
+  for (const std::uint32_t end : clusters_.ends()) {
+    const Items cluster = clusters_.members().subspan(begin, end - begin);
+    begin = end;
+    if (sums_ && cluster.size() == 2 && is_inside(boxes_[cluster[0]], tile) &&
+        is_inside(boxes_[cluster[1]], tile))
+      add_pair(sums, boxes_[cluster[0]], boxes_[cluster[1]]), add_sums(2);
+    else
+      add_cluster(cluster);
+  }
+  if (sums_) *sums_ = sums;
+  if (clusters_.rest().empty()) return;
+  const Items rest = keep(clusters_.rest());
   boxes_ = std::span(batch_->boxes).subspan(first_box_);
-
-  const Items items = first_indices(boxes_.size());
-  std::size_t done = 0;
-  const auto add_cluster = [&](std::size_t end) {
-    const Items cluster = items.subspan(done, end - done);
-    add_cell(bounding_region(tile, cluster), cluster);
-    done = end;
-  };
-  const std::size_t lone_cells = sums_ ? 0 : clusters_.lone().size();
-  while (done < lone_cells) add_cluster(done + 1);
-  for (const std::uint32_t end : clusters_.ends()) add_cluster(lone_cells + end);
-  if (done < items.size()) cut_region(tile, items.subspan(done), 0);
+  cut_region(tile, rest, 0);
 }
 
 /// The least region that owns all points of the boxes which the tile owns.
@@ -424,27 +437,7 @@ void TileCutter::add_cell(const PackedRegion& region, Items items) {
 
 void TileCutter::add_covered(const PackedRegion& region) {
   ++statistics_.covered_cells;
-  if (sums_) add_to_sums({region.lo, region.hi}, {0, 0, 0});
-}
-
-/// Sums up a box that touches no other one of the tile.
-void TileCutter::add_lone(PackedBox box, const PackedRegion& tile) {
-  std::array<std::uint32_t, 3> ends;
-  for (int a = 0; a < 3; ++a) {
-    const bool begins = field(box.lo, a) > 0;
-    if (!begins) box.lo = packed::with_field(box.lo, a, 1);
-    ends[a] = std::uint32_t(begins) + std::uint32_t(field(box.hi, a) < field(tile.hi, a));
-  }
-  add_to_sums(box, ends);
-  ++statistics_.cells;
-  ++statistics_.items;
-}
-
-/// The kernels' sums count from 0 at the tile's low corner.
-void TileCutter::add_to_sums(const PackedBox& box, const std::array<std::uint32_t, 3>& ends) {
-  std::array<std::uint32_t, 3> lo, hi;
-  for (int a = 0; a < 3; ++a) lo[a] = field(box.lo, a) - 1, hi[a] = field(box.hi, a) - 1;
-  sums_->add_box(lo, hi, ends);
+  if (sums_) add_inside(*sums_, region);
 }
 
 }  // namespace boxunion

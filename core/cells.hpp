@@ -65,8 +65,8 @@ class TileCutter {
 
   /// Appends the cells of a tile to `batch` as runs whose boxes, squared by cell, add up to about `run_cost`.
   /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `sums` are
-  /// given, what the grid knows by itself is added to them and not to the batch: covered regions and lone
-  /// boxes, in coordinates that count from 0 at the low corner.
+  /// given, what has a closed form is added to them and not to the batch: covered regions, lone boxes and
+  /// pairs, in coordinates that count from 0 at the low corner.
   void cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
            const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
            LatticeSums* sums);
@@ -110,8 +110,6 @@ class TileCutter {
                          std::size_t begin) const;
   void add_cell(const PackedRegion& region, Items items);
   void add_covered(const PackedRegion& region);
-  void add_lone(PackedBox box, const PackedRegion& tile);
-  void add_to_sums(const PackedBox& box, const std::array<std::uint32_t, 3>& ends);
 
   Tuning tuning_;
   CellStatistics statistics_;

@@ -14,9 +14,10 @@ constexpr std::uint64_t kMostCompared = 64;  // per box, on average
 constexpr std::uint32_t kFirst = 512;        // boxes after which the sweep may give up
 constexpr std::uint32_t kMostTouching = 3;   // of four of them, with a later one
 
-/// y and z, 15 bits each.
+/// y and z less their lowest `shift` bits, 15 bits each.
 std::uint32_t pack_yz(std::uint64_t corner, int shift) {
-  return packed::field(corner, 1) >> shift | packed::field(corner, 2) >> shift << 16;
+  return (std::uint32_t(corner >> (packed::kBits + 1 + shift)) & 0x7fffu) |
+         (std::uint32_t(corner >> (2 * packed::kBits + 2 - 16 + shift)) & 0x7fff0000u);
 }
 
 Lanes lanes_at(const std::vector<std::uint32_t>& values, std::size_t i) {
@@ -25,8 +26,8 @@ Lanes lanes_at(const std::vector<std::uint32_t>& values, std::size_t i) {
   return lanes;
 }
 
-bool all(const Lanes& lanes) {
-  return (lanes[0] & lanes[1] & lanes[2] & lanes[3]) == ~0u;
+bool any(const Lanes& lanes) {
+  return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0;
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ bool Clusters::find(std::span<const PackedBox> boxes, std::uint32_t edge) {
 /// A counting sort by low x. Shifted coordinates may make boxes seem to touch that do not, never the reverse.
 void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   const int log_edge = std::bit_width(edge);
-  const int x_shift = std::max(0, log_edge - 13), yz_shift = std::max(0, log_edge - 14);
+  const int log_buckets = std::min(13, 1 + int(std::bit_width(boxes.size())));  // a few for every box
+  const int x_shift = std::max(0, log_edge - log_buckets), yz_shift = std::max(0, log_edge - 14);
   const auto bucket = [&](std::uint64_t corner) { return packed::field(corner, 0) >> x_shift; };
   bucket_end_.assign(((edge + 1) >> x_shift) + 2, 0);
   for (const PackedBox& box : boxes) ++bucket_end_[bucket(box.lo) + 1];
@@ -54,8 +56,11 @@ void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   const std::size_t n = boxes.size();
   index_.resize(n);
   last_.resize(n);
-  lo_.assign(n + kLanes, ~kGuards);  // what is behind the last box touches nothing
-  hi_.assign(n + kLanes, kGuards);
+  lo_.resize(n + kLanes);
+  hi_.resize(n + kLanes);
+  std::fill_n(lo_.begin() + std::ptrdiff_t(n), kLanes,
+              ~kGuards);  // what is behind the last box touches nothing
+  std::fill_n(hi_.begin() + std::ptrdiff_t(n), kLanes, kGuards);
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t place = bucket_end_[bucket(boxes[i].lo)]++;
     index_[place] = i;
@@ -76,16 +81,16 @@ bool Clusters::join_touching(std::span<const PackedBox> boxes) {
   std::uint32_t touching = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t lo = lo_[i], hi = hi_[i], end = bucket_end_[last_[i]];
-    const auto apart = [&](std::uint32_t j) -> Lanes {
-      return ((lanes_at(hi_, j) - lo) & (hi - lanes_at(lo_, j)) & kGuards) != kGuards;
+    const auto touching_lanes = [&](std::uint32_t j) -> Lanes {
+      return ((lanes_at(hi_, j) - lo) & (hi - lanes_at(lo_, j)) & kGuards) == kGuards;
     };
-    Lanes all_apart = {~0u, ~0u, ~0u, ~0u};
-    for (std::uint32_t j = i + 1; j < end; j += kLanes) all_apart &= apart(j);
-    if (all(all_apart)) continue;
+    Lanes found = {};
+    for (std::uint32_t j = i + 1; j < end; j += kLanes) found |= touching_lanes(j);
+    if (!any(found)) continue;
     if (++touching > kFirst / 4 * kMostTouching && i < kFirst) return false;
     const PackedBox& box = boxes[index_[i]];
     for (std::uint32_t j = i + 1; j < end; j += kLanes) {
-      if (all(apart(j))) continue;
+      if (!any(touching_lanes(j))) continue;
       for (std::uint32_t k = j; k < std::min(j + kLanes, end); ++k)
         if (packed::all_le(box.lo, boxes[index_[k]].hi) && packed::all_le(boxes[index_[k]].lo, box.hi)) {
           const std::uint32_t x = root(i), y = root(k);
@@ -106,11 +111,13 @@ void Clusters::gather() {
   size_.assign(n, 0);
   next_.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) ++size_[parent_[i] = root(i)];
-  std::uint32_t members = 0;
+  lone_.resize(n);
+  members_.resize(n);
+  std::uint32_t lone = 0, members = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t r = parent_[i];
     if (size_[r] == 1) {
-      lone_.push_back(index_[i]);
+      lone_[lone++] = index_[i];
     } else if (size_[r] > kMostBoxes) {
       rest_.push_back(index_[i]);
     } else {
@@ -118,11 +125,12 @@ void Clusters::gather() {
         next_[r] = members;
         members += size_[r];
         ends_.push_back(members);
-        members_.resize(members);
       }
       members_[next_[r]++] = index_[i];
     }
   }
+  lone_.resize(lone);
+  members_.resize(members);
 }
 
 }  // namespace boxunion

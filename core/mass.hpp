@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 
 #include "core/axis.hpp"
 #include "core/vertex.hpp"
@@ -41,9 +42,9 @@ struct LatticeSums {
 
   friend bool operator==(const LatticeSums&, const LatticeSums&) = default;
   /// Adds the box [lo, hi], which the region holds and no other box touches; it owns `ends[a]` (0 to 2) of
-  /// the box's two faces normal to axis a. With no ends: a part of the inside of the union.
+  /// the box's two faces normal to axis a. With no ends: a part of the inside of the union. All that `times`.
   void add_box(const std::array<std::uint32_t, 3>& lo, const std::array<std::uint32_t, 3>& hi,
-               const std::array<std::uint32_t, 3>& ends);
+               const std::array<std::uint32_t, 3>& ends, std::int64_t times = 1);
 };
 
 /// Turns vertices into mass properties as they come; holds no vertex.
@@ -75,11 +76,12 @@ class MassSink : public VertexSink {
 
 inline void LatticeSums::add_box(const std::array<std::uint32_t, 3>& lo,
                                  const std::array<std::uint32_t, 3>& hi,
-                                 const std::array<std::uint32_t, 3>& ends) {
+                                 const std::array<std::uint32_t, 3>& ends, std::int64_t times) {
   // modulo 2^64 on the way: only the sum is known to fit
-  const auto add = [](std::int64_t& to, std::uint64_t term) {
-    to = static_cast<std::int64_t>(static_cast<std::uint64_t>(to) + term);
+  const auto add = [](auto& to, std::uint64_t term) {
+    to = static_cast<std::remove_reference_t<decltype(to)>>(static_cast<std::uint64_t>(to) + term);
   };
+  const auto factor = static_cast<std::uint64_t>(times);
   std::uint64_t edge[3], sum[3], square[3];  // (hi^2 - lo^2) / edge and (hi^3 - lo^3) / edge
   for (unsigned a = 0; a < 3; ++a) {
     const std::uint64_t l = lo[a], h = hi[a];
@@ -88,18 +90,18 @@ inline void LatticeSums::add_box(const std::array<std::uint32_t, 3>& lo,
     square[a] = sum[a] * sum[a] - h * l;
   }
   const std::uint64_t face[3] = {edge[1] * edge[2], edge[2] * edge[0], edge[0] * edge[1]};
-  const std::uint64_t box = edge[0] * face[0];
-  const std::uint64_t corners = std::uint64_t{ends[0]} * ends[1] * ends[2];
-  vertices += corners;
-  extreme += corners;
+  const std::uint64_t box = factor * edge[0] * face[0];
+  const std::uint64_t corners = factor * ends[0] * ends[1] * ends[2];
+  add(vertices, corners);
+  add(extreme, corners);
   add(volume, box);
   for (unsigned a = 0; a < 3; ++a) {
     const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
     add(first[a], box * sum[a]);
     add(second[a], box * square[a]);
     add(second[3 + a], box * sum[a] * sum[b]);
-    add(area[a], face[a] * ends[a]);
-    add(length[a], edge[a] * ends[b] * ends[c]);
+    add(area[a], factor * face[a] * ends[a]);
+    add(length[a], factor * edge[a] * ends[b] * ends[c]);
   }
 }
 

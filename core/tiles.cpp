@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <new>
+#include <numeric>
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -16,21 +16,12 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kBoxesPerTile =
-    4000;  // keeps a tile's boxes and items in a core's cache, its sweeps narrow
+constexpr std::size_t kBoxesPerTile = 2000;  // keeps a tile's boxes in cache and its sweeps narrow
 constexpr std::size_t kMostTiles = 1u << 20;
 
-/// Memory for `count` boxes in large pages where the system has them: the boxes are written in random order.
-PackedBox* allocate_boxes(std::size_t count) {
-  constexpr std::size_t kPage = std::size_t{1} << 21;
-  const std::size_t bytes = (std::max<std::size_t>(count, 1) * sizeof(PackedBox) + kPage - 1) / kPage * kPage;
-  void* memory = std::aligned_alloc(kPage, bytes);
-  if (!memory) throw_out_of_memory("sorting the boxes into tiles", bytes);
-#if defined(__linux__)
-  madvise(memory, bytes, MADV_HUGEPAGE);
-#endif
-  return static_cast<PackedBox*>(memory);
-}
+constexpr std::size_t kMostChunks = 8;
+constexpr std::uint32_t kBlock = 32;                                 // boxes
+constexpr std::size_t kFirstSlab = 1u << 16, kLargePage = 1u << 21;  // bytes
 
 }  // namespace
 
@@ -78,34 +69,41 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
 }
 
 TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
-    : plan_(plan), interrupted_(interrupted), boxes_(nullptr, std::free) {
-  // a counting sort: each chunk of the boxes counts, then writes its own places in every tile
-  const std::size_t tiles = plan.count(), n = source.size();
-  std::vector<Chunk> chunks(std::clamp<std::size_t>(n / (4 * tiles + 1), 1, 8));
-  for (std::size_t c = 0; c < chunks.size(); ++c) {
-    chunks[c].begin = n * c / chunks.size();
-    chunks[c].end = n * (c + 1) / chunks.size();
+    : plan_(plan),
+      interrupted_(interrupted),
+      chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)),
+      expected_bytes_(std::size_t(double(source.size()) * plan.touched * double(sizeof(PackedBox)))) {
+  const auto each_chunk = [&](auto&& f) {
+    parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; ++c) f(chunks_[c]);
+    });
+  };
+  for (std::size_t c = 0; c < chunks_.size(); ++c) {
+    chunks_[c].begin = source.size() * c / chunks_.size();
+    chunks_[c].end = source.size() * (c + 1) / chunks_.size();
   }
-  count(source, chunks);
-  if (mark_covered(chunks)) count(source, chunks);  // again, without the covered tiles
-
-  bounds_ = {{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-  for (const Chunk& chunk : chunks)
+  each_chunk([&](Chunk& chunk) { survey(source, chunk); });
+  bounds_ = chunks_[0].bounds;
+  for (const Chunk& chunk : chunks_)
     for (int a = 0; a < 3; ++a) {
       bounds_.lo[a] = std::min(bounds_.lo[a], chunk.bounds.lo[a]);
       bounds_.hi[a] = std::max(bounds_.hi[a], chunk.bounds.hi[a]);
     }
-  first_.resize(tiles + 1);
+  mark_covered();
+  each_chunk([&](Chunk& chunk) { scatter(source, chunk); });
+  collect_pieces();
+}
+
+std::size_t TileGrid::count(std::size_t tile) const {
   std::size_t sum = 0;
-  for (std::size_t t = 0; t < tiles; ++t) {
-    first_[t] = sum;
-    for (Chunk& chunk : chunks) sum += std::exchange(chunk.place[t], sum);
-  }
-  first_[tiles] = sum;
-  boxes_.reset(allocate_boxes(sum));
-  parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) scatter(source, chunks[c]);
-  });
+  for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) sum += pieces_[p].size();
+  return sum;
+}
+
+void TileGrid::gather(std::size_t tile, std::vector<PackedBox>& boxes) const {
+  boxes.resize(count(tile));
+  auto out = boxes.begin();
+  for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) out = std::ranges::copy(pieces_[p], out).out;
 }
 
 /// Calls f(box) for a chunk's boxes; sees an interruption soon.
@@ -118,94 +116,108 @@ void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) cons
   }
 }
 
-/// Calls f(x, y, z, tile) for every tile that the box touches and that is not covered.
-template <class F>
-void TileGrid::each_tile(const OrdinalBox& box, F&& f) const {
-  std::array<std::uint32_t, 3> from, to;
-  for (int a = 0; a < 3; ++a) {
-    from[a] = box.lo[a] >> plan_.log_edge[a];
-    to[a] = box.hi[a] >> plan_.log_edge[a];
-  }
-  for (std::uint32_t z = from[2]; z <= to[2]; ++z)
-    for (std::uint32_t y = from[1]; y <= to[1]; ++y)
-      for (std::uint32_t x = from[0]; x <= to[0]; ++x)
-        if (const std::size_t tile = index(x, y, z); !covered(tile)) f(x, y, z, tile);
-}
-
-/// Counts each chunk's boxes by tile; notes its bounds and the boxes that may cover a tile.
-void TileGrid::count(const OrdinalSource& source, std::vector<Chunk>& chunks) const {
-  const std::array<std::uint32_t, 3> edges = edge();
-  parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      Chunk& chunk = chunks[c];
-      chunk.place.assign(plan_.count(), 0);
-      chunk.wide.clear();
-      OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-      read(source, chunk, [&](const OrdinalBox& box) {
-        bool wide = true;
-        for (int a = 0; a < 3; ++a) {
-          bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
-          bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
-          wide &= box.hi[a] - box.lo[a] > edges[a];
-        }
-        if (wide) chunk.wide.push_back(box);
-        each_tile(box, [&](auto, auto, auto, std::size_t tile) { ++chunk.place[tile]; });
-      });
-      chunk.bounds = bounds;
-    }
-  });
-}
-
-/// Marks the tiles that one box covers (UNION3, section 4, step 3a). False if there are none.
-bool TileGrid::mark_covered(const std::vector<Chunk>& chunks) {
-  for (const Chunk& chunk : chunks)
-    for (const OrdinalBox& box : chunk.wide) {
-      std::array<std::uint32_t, 3> from, to;  // covered tiles from .. to - 1
-      for (int a = 0; a < 3; ++a) {
-        from[a] = (box.lo[a] >> plan_.log_edge[a]) + 1;
-        to[a] = box.hi[a] >> plan_.log_edge[a];
-      }
-      for (std::uint32_t z = from[2]; z < to[2]; ++z)
-        for (std::uint32_t y = from[1]; y < to[1]; ++y)
-          for (std::uint32_t x = from[0]; x < to[0]; ++x) {
-            if (covered_.empty()) covered_.assign(plan_.count(), 0);
-            covered_[index(x, y, z)] = 1;
-          }
-    }
-  return !covered_.empty();
-}
-
-/// Writes a chunk's boxes to their tiles, some at a time, because memory likes whole lines better.
-void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
-  constexpr std::size_t kStaged = 8, kMostStaged = 1u << 13;
-  const bool staged = plan_.count() <= kMostStaged && chunk.end - chunk.begin > 4 * plan_.count();
-  std::vector<PackedBox> stage(staged ? kStaged * plan_.count() : 0);
-  std::vector<std::uint8_t> filled(staged ? plan_.count() : 0);
+/// Notes a chunk's bounds and the boxes that cover tiles.
+void TileGrid::survey(const OrdinalSource& source, Chunk& chunk) const {
+  OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
   const std::array<std::uint32_t, 3> edges = edge();
   read(source, chunk, [&](const OrdinalBox& box) {
-    each_tile(box, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t tile) {
-      const std::array<std::uint32_t, 3> at{x, y, z};
-      std::array<std::uint32_t, 3> lo, hi;  // packed coordinates count from 1 at the corner
-      for (int a = 0; a < 3; ++a) {
-        const std::uint32_t corner = at[a] << plan_.log_edge[a];
-        lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
-        hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
-      }
-      const PackedBox packed_box{packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
-      if (!staged) {
-        boxes_.get()[chunk.place[tile]++] = packed_box;
-        return;
-      }
-      PackedBox* const slots = stage.data() + kStaged * tile;
-      slots[filled[tile]] = packed_box;
-      if (++filled[tile] < kStaged) return;
-      std::copy_n(slots, kStaged, boxes_.get() + chunk.place[tile]);
-      chunk.place[tile] += kStaged;
-      filled[tile] = 0;
-    });
+    for (int a = 0; a < 3; ++a) {
+      bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
+      bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
+    }
+    if (box.hi[0] - box.lo[0] > edges[0] && box.hi[1] - box.lo[1] > edges[1] &&
+        box.hi[2] - box.lo[2] > edges[2])
+      chunk.wide.push_back(touched(box));
   });
-  for (std::size_t t = 0; t < filled.size(); ++t)
-    std::copy_n(stage.data() + kStaged * t, filled[t], boxes_.get() + chunk.place[t]);
+  chunk.bounds = bounds;
+}
+
+/// Marks the tiles that one box covers (UNION3, section 4, step 3a).
+void TileGrid::mark_covered() {
+  for (const Chunk& chunk : chunks_)
+    for (const TileRange& range : chunk.wide)
+      for (std::uint32_t z = range.from[2] + 1; z < range.to[2]; ++z)
+        for (std::uint32_t y = range.from[1] + 1; y < range.to[1]; ++y)
+          for (std::uint32_t x = range.from[0] + 1; x < range.to[0]; ++x) {
+            if (covered_.empty()) covered_.assign(size(), 0);
+            covered_[index(x, y, z)] = 1;
+          }
+}
+
+/// Puts a chunk's boxes into its shares of the tiles.
+void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
+  chunk.shares.resize(size());
+  const auto put = [&](std::size_t tile, const PackedBox& box) {
+    Share& share = chunk.shares[tile];
+    const std::uint32_t place = share.count++ % kBlock;
+    if (place == 0) add_block(chunk, tile);
+    share.last[place] = box;
+  };
+  const std::array<std::uint32_t, 3> edges = edge();
+  const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
+  read(source, chunk, [&](const OrdinalBox& box) {
+    const TileRange range = touched(box);
+    if (range.one()) {  // by far the most boxes; they cover nothing and nothing covers their tile but hides
+                        // them
+      const std::size_t tile = index(range.from[0], range.from[1], range.from[2]);
+      if (covered(tile)) return;
+      const auto within = [&](const std::array<std::uint32_t, 3>& p) {
+        return packed::pack(p[0] & (edges[0] - 1), p[1] & (edges[1] - 1), p[2] & (edges[2] - 1)) + ones;
+      };
+      put(tile, {within(box.lo), within(box.hi)});
+      return;
+    }
+    for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
+      for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)
+        for (std::uint32_t x = range.from[0]; x <= range.to[0]; ++x) {
+          const std::size_t tile = index(x, y, z);
+          if (covered(tile)) continue;
+          const std::array<std::uint32_t, 3> at{x, y, z};
+          std::array<std::uint32_t, 3> lo, hi;
+          for (int a = 0; a < 3; ++a) {
+            const std::uint32_t corner = at[a] << plan_.log_edge[a];
+            lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
+            hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
+          }
+          put(tile, {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])});
+        }
+  });
+}
+
+/// Gives the chunk's share of a tile an empty block. Slabs grow until they fill large pages, which the system
+/// is asked for where it has them: the blocks are written in random order.
+void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
+  if (chunk.next == chunk.slab_end) {
+    const std::size_t bytes =
+        std::min(kFirstSlab << std::min<std::size_t>(chunk.slabs.size(), 16), kLargePage);
+    void* memory = std::aligned_alloc(bytes, bytes);
+    if (!memory)
+      throw Error(ErrorKind::resources, "out of memory: sorting the boxes into tiles needs about " +
+                                            std::to_string(expected_bytes_) + " bytes");
+    chunk.slabs.emplace_back(memory, std::free);
+#if defined(__linux__)
+    if (bytes == kLargePage) madvise(memory, bytes, MADV_HUGEPAGE);
+#endif
+    chunk.next = static_cast<PackedBox*>(memory);
+    chunk.slab_end = chunk.next + bytes / sizeof(PackedBox);
+  }
+  chunk.shares[tile].last = chunk.next;
+  chunk.blocks.emplace_back(chunk.next, std::uint32_t(tile));
+  chunk.next += kBlock;
+}
+
+/// A counting sort of the chunks' blocks by tile.
+void TileGrid::collect_pieces() {
+  first_.assign(size() + 2, 0);
+  for (const Chunk& chunk : chunks_)
+    for (const auto& [block, tile] : chunk.blocks) ++first_[tile + 2];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  pieces_.resize(first_.back());
+  for (const Chunk& chunk : chunks_)
+    for (const auto& [block, tile] : chunk.blocks) {
+      const Share& share = chunk.shares[tile];
+      pieces_[first_[tile + 1]++] = {block, block == share.last ? (share.count - 1) % kBlock + 1 : kBlock};
+    }
 }
 
 std::array<std::uint32_t, 3> TileGrid::corner(std::size_t tile) const {

@@ -36,7 +36,8 @@ class OrdinalSource {
 };
 
 /// The boxes of a run, sorted into the tiles of a uniform grid, packed for the kernels. A box is in every
-/// tile that it touches; a tile that one box covers holds none.
+/// tile that it touches; a tile that one box covers holds none. A tile's memory grows by blocks, so the
+/// boxes are put in place in one pass, without counting them first.
 class TileGrid {
  public:
   /// How the ordinals are cut; tile i of an axis begins at ordinal i * 2^log_edge.
@@ -56,44 +57,68 @@ class TileGrid {
   TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
   std::size_t size() const { return plan_.count(); }
-  std::span<const PackedBox> boxes(std::size_t tile) const {
-    return {boxes_.get() + first_[tile], first_[tile + 1] - first_[tile]};
-  }
+  /// Number of boxes in a tile.
+  std::size_t count(std::size_t tile) const;
+  /// The boxes of a tile, in an order that does not depend on threads; replaces what `boxes` held.
+  void gather(std::size_t tile, std::vector<PackedBox>& boxes) const;
   bool covered(std::size_t tile) const { return !covered_.empty() && covered_[tile]; }
   /// Ordinal of the tile's low corner.
   std::array<std::uint32_t, 3> corner(std::size_t tile) const;
   std::array<std::uint32_t, 3> edge() const;
-  /// Boxes over all tiles (a box counts in each that it touches).
-  std::size_t items() const { return first_.back(); }
   /// The least box that holds all boxes; lo > hi if there are none.
   const OrdinalBox& bounds() const { return bounds_; }
 
  private:
-  /// A range of the boxes on their way into tiles.
+  /// Tiles from .. to by axis.
+  struct TileRange {
+    std::array<std::uint32_t, 3> from, to;
+    bool one() const { return ((from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2])) == 0; }
+  };
+  /// What one chunk of the input puts into a tile: blocks of boxes, all but the last one full.
+  struct Share {
+    PackedBox* last = nullptr;
+    std::uint32_t count = 0;
+  };
+  /// Boxes of a tile that lie together in memory.
+  using Piece = std::span<const PackedBox>;
+  /// A range of the input, worked on by one thread, and what it puts into the tiles.
   struct Chunk {
     std::size_t begin = 0, end = 0;
-    std::vector<std::size_t> place;  // by tile: number of boxes, then where the next one goes
     OrdinalBox bounds;
-    std::vector<OrdinalBox> wide;  // boxes that may cover a tile
+    std::vector<TileRange> wide;  // of boxes that cover tiles: those between the first and the last
+    std::vector<Share> shares;    // by tile
+    std::vector<std::pair<PackedBox*, std::uint32_t>> blocks;   // and their tiles
+    std::vector<std::unique_ptr<void, void (*)(void*)>> slabs;  // memory of the blocks
+    PackedBox *next = nullptr, *slab_end = nullptr;
   };
 
   std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
   }
+  TileRange touched(const OrdinalBox& box) const {
+    TileRange range;
+    for (int a = 0; a < 3; ++a) {
+      range.from[a] = box.lo[a] >> plan_.log_edge[a];
+      range.to[a] = box.hi[a] >> plan_.log_edge[a];
+    }
+    return range;
+  }
   template <class F>
   void read(const OrdinalSource& source, const Chunk& chunk, F&& f) const;
-  template <class F>
-  void each_tile(const OrdinalBox& box, F&& f) const;
-  void count(const OrdinalSource& source, std::vector<Chunk>& chunks) const;
-  bool mark_covered(const std::vector<Chunk>& chunks);
-  void scatter(const OrdinalSource& source, Chunk& chunk);
+  void survey(const OrdinalSource& source, Chunk& chunk) const;
+  void mark_covered();
+  void scatter(const OrdinalSource& source, Chunk& chunk) const;
+  void add_block(Chunk& chunk, std::size_t tile) const;
+  void collect_pieces();
 
   Plan plan_;
   const std::atomic<bool>* interrupted_;
-  std::vector<std::size_t> first_;  // by tile, and the end
-  std::vector<std::uint8_t> covered_;
-  std::unique_ptr<PackedBox, void (*)(void*)> boxes_;
+  std::vector<Chunk> chunks_;
+  std::vector<std::uint8_t> covered_;  // by tile; empty if none is
+  std::vector<std::size_t> first_;     // piece of a tile
+  std::vector<Piece> pieces_;          // by tile
   OrdinalBox bounds_;
+  std::size_t expected_bytes_;
 };
 
 // ---- implementation ----
@@ -109,18 +134,26 @@ void OrdinalSource::read(std::size_t begin, std::size_t end, F&& f) const {
   }
   boxes_->visit([&]<class T>(const std::vector<BoxOf<T>>& boxes) {
     if constexpr (std::is_same_v<T, std::int32_t>) {
-      std::array<int, 3> shift;
-      std::array<std::int64_t, 3> base;
-      for (int a = 0; a < 3; ++a) shift[a] = (*axes_)[a].exponent(), base[a] = (*axes_)[a].base();
-      for (std::size_t i = begin; i < end; ++i) {
-        const BoxOf<T>& b = boxes[i];
-        OrdinalBox box;
-        for (int a = 0; a < 3; ++a) {
-          box.lo[a] = static_cast<std::uint32_t>((b[a] >> shift[a]) - base[a]);
-          box.hi[a] = static_cast<std::uint32_t>((b[a + 3] >> shift[a]) - base[a]);
-        }
-        give(box);
+      std::array<int, 3> exponent;
+      std::array<std::uint32_t, 3> base;  // modulo 2^32, which an ordinal fits
+      for (int a = 0; a < 3; ++a) {
+        exponent[a] = (*axes_)[a].exponent();
+        base[a] = static_cast<std::uint32_t>((*axes_)[a].base());
       }
+      const auto give_all = [&](auto&& shifted) {
+        for (std::size_t i = begin; i < end; ++i) {
+          OrdinalBox box;
+          for (int a = 0; a < 3; ++a) {
+            box.lo[a] = static_cast<std::uint32_t>(shifted(boxes[i][a], a)) - base[a];
+            box.hi[a] = static_cast<std::uint32_t>(shifted(boxes[i][a + 3], a)) - base[a];
+          }
+          give(box);
+        }
+      };
+      if (exponent == std::array{0, 0, 0})
+        give_all([](T c, int) { return c; });
+      else
+        give_all([&](T c, int a) { return c >> exponent[a]; });
     } else {
       for (std::size_t i = begin; i < end; ++i) {
         const BoxOf<T>& b = boxes[i];

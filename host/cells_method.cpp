@@ -56,7 +56,8 @@ class CellRunner {
         options_(options),
         sink_(sink),
         report_(report),
-        cutters_(TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted})) {}
+        cutters_(
+            Cutter{TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted}), {}}) {}
 
   void run() {
     std::unique_ptr<Device> device = open_device(options_.device);
@@ -79,21 +80,28 @@ class CellRunner {
       }
     }
     run_natively(tile);
-    cutters_.for_each([&](const TileCutter& cutter) { report_.cells += cutter.statistics(); });
+    cutters_.for_each([&](const Cutter& c) { report_.cells += c.cutter.statistics(); });
   }
 
  private:
+  struct Cutter {
+    TileCutter cutter;
+    std::vector<PackedBox> boxes;  // of the tile at work
+  };
+
   /// Cuts a tile into cells, appended to `batch`.
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
     if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
     const auto corner = grid_.corner(tile);
     LatticeSums sums;
-    TileCutter& cutter = cutters_.local();
-    if (grid_.covered(tile))
+    auto& [cutter, boxes] = cutters_.local();
+    if (grid_.covered(tile)) {
       cutter.add_covered_tile(grid_.edge(), sink_.sums ? &sums : nullptr);
-    else if (!grid_.boxes(tile).empty())
-      cutter.cut(grid_.boxes(tile), grid_.edge(), {corner[0] - 1, corner[1] - 1, corner[2] - 1}, run_cost,
-                 batch, sink_.sums ? &sums : nullptr);
+    } else if (grid_.count(tile) > 0) {
+      grid_.gather(tile, boxes);
+      cutter.cut(boxes, grid_.edge(), {corner[0] - 1, corner[1] - 1, corner[2] - 1}, run_cost, batch,
+                 sink_.sums ? &sums : nullptr);
+    }
     if (sums != LatticeSums{}) sink_.sums->add(sums, corner);
     const std::size_t done = ++done_;
     if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(grid_.size()));
@@ -137,8 +145,8 @@ class CellRunner {
   void fill(CellBatch& batch, std::size_t capacity, std::size_t& tile) {
     batch.clear();
     std::size_t end = tile, boxes = 0;
-    while (end < grid_.size() && (boxes == 0 || boxes + grid_.boxes(end).size() <= capacity / 4))
-      boxes += grid_.boxes(end++).size();
+    while (end < grid_.size() && (boxes == 0 || boxes + grid_.count(end) <= capacity / 4))
+      boxes += grid_.count(end++);
     std::mutex mutex;
     PerThread<CellBatch> parts;
     parallel_ranges(tile, end, 1, [&](std::size_t first, std::size_t last) {
@@ -155,7 +163,7 @@ class CellRunner {
   const Options& options_;
   const CellSink& sink_;
   Report& report_;
-  PerThread<TileCutter> cutters_;
+  PerThread<Cutter> cutters_;
   CellBatch batches_[2];
   std::atomic<std::size_t> done_ = 0;
 };

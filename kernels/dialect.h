@@ -46,6 +46,7 @@
 #define SHARED_MEMORY shared
 #define BARRIER memoryBarrierShared(); barrier()
 #define ATOMIC_ADD(target, value) atomicAdd(target, value)
+#define ATOMIC_OR(target, value) atomicOr(target, value)
 
 #elif defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__) // OpenCL C; WORKGROUP comes with the build
 #ifndef WORKGROUP
@@ -74,6 +75,7 @@
 #define SHARED_MEMORY __local
 #define BARRIER barrier(CLK_LOCAL_MEM_FENCE)
 #define ATOMIC_ADD(target, value) atomic_add(&(target), value)
+#define ATOMIC_OR(target, value) atomic_or(&(target), value)
 
 #else // C++20, compiled inside a namespace that has defined first_counter (see cmake/kernel_native.cpp.in)
 // Builtins instead of <bit>: the linker could keep the copy of a standard inline function that was compiled for
@@ -110,6 +112,7 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define ONE_LANE
 #define SYNC
 #define LOCAL_ADD(target, value) (target) += (value)
+#define LOCAL_OR(target, value) (target) |= (value)
 #define LOCAL_FETCH_ADD(old, target, value) const u32 old = (target); (target) += (value)
 #define SHARED_REDUCTION(T, name)
 #define STORE_SUM(target, scratch, value) target = (value)
@@ -120,6 +123,7 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define ONE_LANE if (LANE == 0u)
 #define SYNC BARRIER
 #define LOCAL_ADD(target, value) ATOMIC_ADD(target, value)
+#define LOCAL_OR(target, value) ATOMIC_OR(target, value)
 #define LOCAL_FETCH_ADD(old, target, value) u32 old = ATOMIC_ADD(target, value)
 #define SHARED_REDUCTION(T, name) SHARED(T, name, 128) // as many lanes as a workgroup may have
 #define STORE_SUM(target, scratch, value)                                        \

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <random>
 #include <set>
@@ -92,6 +93,26 @@ TEST(LoneBoxes, CountOnceWhereTilesMeet) {
     EXPECT_EQ(mass.area, 30) << at;
     EXPECT_EQ(mass.edge_length, 36) << at;
   }
+}
+
+/// On each axis two intervals on 0 .. 3 that touch, wherever they begin and end.
+TEST(Pairs, SumUpToWhatTheirVerticesSay) {
+  using Interval = std::array<std::int32_t, 2>;
+  std::vector<std::array<Interval, 2>> touching;
+  for (std::int32_t a = 0; a < 4; ++a)
+    for (std::int32_t b = a + 1; b < 4; ++b)
+      for (std::int32_t c = 0; c < 4; ++c)
+        for (std::int32_t d = c + 1; d < 4; ++d)
+          if (a <= d && c <= b) touching.push_back({Interval{a, b}, Interval{c, d}});
+  for (const auto& [ax, bx] : touching)
+    for (const auto& [ay, by] : touching)
+      for (const auto& [az, bz] : touching) {
+        const BoxSet boxes(std::vector<BoxOf<std::int32_t>>{{ax[0], ay[0], az[0], ax[1], ay[1], az[1]},
+                                                            {bx[0], by[0], bz[0], bx[1], by[1], bz[1]}});
+        ASSERT_EQ(measure(boxes, {.device = "native", .threads = 1}),
+                  measure(boxes, {.device = "native", .threads = 1, .statistics = true}))
+            << testing::PrintToString(boxes[0]) << testing::PrintToString(boxes[1]);
+      }
 }
 
 TEST(LoneBoxes, SumUpToWhatTheirVerticesSay) {

@@ -252,7 +252,7 @@ TEST_F(Command, OutOfMemoryExitsWith5AndSaysHowMuchWasNeeded) {
     EXPECT_EQ(r.status, 5);
     EXPECT_EQ(r.out, "");
     EXPECT_TRUE(r.err.starts_with("boxunion: error: out of memory: "s + what)) << r.err;
-    EXPECT_TRUE(r.err.ends_with(" bytes in one piece\n")) << r.err;
+    EXPECT_NE(r.err.find(" bytes"), std::string::npos) << r.err;
   }
 }
 

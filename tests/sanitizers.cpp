@@ -2,8 +2,8 @@
 //
 // Drivers keep memory until the process ends, some in modules that are unloaded before leaks are looked for,
 // so that no suppression can name them: leaks are looked for only where ASAN_OPTIONS asks for it, which the
-// tests without drivers do. Libraries that were not built with the thread sanitizer synchronise in ways that
-// it cannot see.
+// tests without drivers do. oneTBB, of which the command and the tests still use arenas, was not built with
+// the thread sanitizer and synchronises in ways that it cannot see.
 
 extern "C" {
 const char* __asan_default_options();

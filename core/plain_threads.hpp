@@ -1,0 +1,108 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+// The part of oneTBB that parallel.hpp uses, over std::thread and without any skill: for the thread
+// sanitizer.
+
+namespace boxunion::plain_threads {
+
+template <class T>
+class blocked_range {
+ public:
+  blocked_range(T begin, T end, T grain) : begin_(begin), end_(end), grain_(grain) {}
+  T begin() const { return begin_; }
+  T end() const { return end_; }
+  T grain() const { return grain_; }
+
+ private:
+  T begin_, end_, grain_;
+};
+
+/// Three threads share the range in pieces; the first exception comes back.
+template <class T, class F>
+void parallel_for(const blocked_range<T>& range, const F& f) {
+  std::atomic<T> next = range.begin();
+  std::mutex mutex;
+  std::exception_ptr error;
+  const T piece = std::max(range.grain(), (range.end() - range.begin()) / 16 + 1);
+  const auto work = [&] {
+    try {
+      for (T begin; (begin = next.fetch_add(piece)) < range.end();)
+        f(blocked_range<T>(begin, std::min(begin + piece, range.end()), range.grain()));
+    } catch (...) {
+      next = range.end();
+      const std::lock_guard lock(mutex);
+      if (!error) error = std::current_exception();
+    }
+  };
+  {
+    const std::jthread second(work), third(work);
+    work();
+  }
+  if (error) std::rethrow_exception(error);
+}
+
+template <class Range, class T, class F, class Join>
+T parallel_reduce(const Range& range, const T& identity, const F& f, const Join& join) {
+  std::mutex mutex;
+  T sum = identity;
+  parallel_for(range, [&](const Range& part) {
+    const T value = f(part, identity);
+    const std::lock_guard lock(mutex);
+    sum = join(sum, value);
+  });
+  return sum;
+}
+
+template <class Iterator, class Less>
+void parallel_sort(Iterator first, Iterator last, Less less) {
+  std::sort(first, last, less);
+}
+
+template <class T>
+class enumerable_thread_specific {
+  using Values = std::map<std::thread::id, T>;
+
+ public:
+  enumerable_thread_specific() : make_([] { return T{}; }) {}
+  template <class Init>
+  explicit enumerable_thread_specific(const Init& init) {
+    if constexpr (std::is_invocable_v<Init>)
+      make_ = init;
+    else
+      make_ = [init] { return T(init); };
+  }
+  T& local() {
+    const std::lock_guard lock(*mutex_);
+    const auto id = std::this_thread::get_id();
+    if (const auto found = values_.find(id); found != values_.end()) return found->second;
+    return values_.emplace(id, make_()).first->second;
+  }
+
+  template <class Iterator>
+  struct Each : Iterator {
+    auto& operator*() const { return Iterator::operator*().second; }
+  };
+  auto begin() { return Each<typename Values::iterator>{values_.begin()}; }
+  auto end() { return Each<typename Values::iterator>{values_.end()}; }
+  auto begin() const { return Each<typename Values::const_iterator>{values_.begin()}; }
+  auto end() const { return Each<typename Values::const_iterator>{values_.end()}; }
+
+ private:
+  std::function<T()> make_;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
+  Values values_;
+};
+
+}  // namespace boxunion::plain_threads
