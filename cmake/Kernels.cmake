@@ -16,21 +16,29 @@ endif()
 # The list of kernels.
 function(boxunion_add_kernels target)
   boxunion_kernel(${target} contour)
-  boxunion_kernel(${target} cell_faces)
-  boxunion_kernel(${target} cell_occupancy)
-  boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy DEFINES SUMS)
+  boxunion_kernel(${target} cell_faces HEADERS cell.h)
+  boxunion_kernel(${target} cell_occupancy HEADERS cell.h)
+  boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy HEADERS cell.h DEFINES SUMS)
 endfunction()
 
-# boxunion_kernel(target name [SOURCE stem] [DEFINES macro...]): kernels/<stem>.k, which declares KERNEL(<stem>),
-# read with these macros and known as <name>. The stem is the name unless given.
+# boxunion_kernel(target name [SOURCE stem] [HEADERS file...] [DEFINES macro...]): kernels/<stem>.k, which declares
+# KERNEL(<stem>), read behind the dialect and these headers with these macros, and known as <name>. The stem is the
+# name unless given.
 function(boxunion_kernel target name)
-  cmake_parse_arguments(PARSE_ARGV 2 kernel "" "SOURCE" "DEFINES")
+  cmake_parse_arguments(PARSE_ARGV 2 kernel "" "SOURCE" "HEADERS;DEFINES")
   if(NOT kernel_SOURCE)
     set(kernel_SOURCE ${name})
   endif()
   set(include_dir ${PROJECT_SOURCE_DIR}/kernels)
-  set(dialect ${include_dir}/dialect.h)
+  set(files dialect.h ${kernel_HEADERS} ${kernel_SOURCE}.k)  # one text, in this order
+  list(TRANSFORM files REPLACE "(.+)" "#include \"\\1\"" OUTPUT_VARIABLE kernel_includes)
+  list(JOIN kernel_includes "\n" kernel_includes)
+  list(TRANSFORM files PREPEND ${include_dir}/)
   set(text ${include_dir}/${kernel_SOURCE}.k)
+  set(include_options)
+  foreach(header dialect.h ${kernel_HEADERS})
+    list(APPEND include_options -include ${include_dir}/${header})
+  endforeach()
   set(out ${PROJECT_BINARY_DIR}/kernels/${name})
   list(TRANSFORM kernel_DEFINES PREPEND "-D" OUTPUT_VARIABLE kernel_options)
 
@@ -40,12 +48,12 @@ function(boxunion_kernel target name)
     foreach(shape -UITEM -DITEM)
       list(APPEND checks COMMAND ${BOXUNION_CLANG} -x cl -cl-std=CL1.2 -target spir64
         -Xclang -finclude-default-header -fsyntax-only -Wall -Werror ${shape} ${kernel_options}
-        -include ${dialect} ${text})
+        ${include_options} ${text})
     endforeach()
   endif()
   set(embed ${PROJECT_SOURCE_DIR}/cmake/EmbedText.cmake)
-  add_custom_command(OUTPUT ${out}.cl.inc DEPENDS ${text} ${dialect} ${embed} VERBATIM ${checks}
-    COMMAND ${CMAKE_COMMAND} "-DFILES=${dialect};${text}" -DOUTPUT=${out}.cl.inc -P ${embed}
+  add_custom_command(OUTPUT ${out}.cl.inc DEPENDS ${files} ${embed} VERBATIM ${checks}
+    COMMAND ${CMAKE_COMMAND} "-DFILES=${files}" -DOUTPUT=${out}.cl.inc -P ${embed}
     COMMENT "Embedding kernel ${name} as OpenCL C")
   set(embedded ${out}.cl.inc)
 
@@ -61,7 +69,7 @@ function(boxunion_kernel target name)
       if(BOXUNION_SPIRV_VAL)
         set(validate COMMAND ${BOXUNION_SPIRV_VAL} --target-env vulkan1.2 ${out}.${shape}.spv)
       endif()
-      add_custom_command(OUTPUT ${out}.${shape}.spv.inc DEPENDS ${text} ${dialect} ${out}.comp VERBATIM
+      add_custom_command(OUTPUT ${out}.${shape}.spv.inc DEPENDS ${files} ${out}.comp VERBATIM
         COMMAND ${BOXUNION_GLSLANG} ${options} -o ${out}.${shape}.spv ${out}.comp ${validate}
         COMMAND ${BOXUNION_GLSLANG} ${options} --vn spirv_${shape} -o ${out}.${shape}.spv.inc ${out}.comp
         COMMENT "Embedding kernel ${name} as SPIR-V, shape ${shape}")
@@ -84,7 +92,7 @@ function(boxunion_kernel target name)
       list(APPEND options -march=x86-64-v3)
     endif()
     set_source_files_properties(${out}_${instruction_set}.cpp TARGET_DIRECTORY ${target} PROPERTIES
-      COMPILE_OPTIONS "${options}" COMPILE_DEFINITIONS "${kernel_DEFINES}" OBJECT_DEPENDS "${text};${dialect}")
+      COMPILE_OPTIONS "${options}" COMPILE_DEFINITIONS "${kernel_DEFINES}" INCLUDE_DIRECTORIES ${include_dir} OBJECT_DEPENDS "${files}")
     target_sources(${target} PRIVATE ${out}_${instruction_set}.cpp)
   endforeach()
 
