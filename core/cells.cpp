@@ -259,7 +259,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
       const double p = items_per_box(log_edge);
       if (best < 0 || p < best_per_box) best = a, best_per_box = p;
     }
-    if (best < 0 || best_per_box > 1.5 * per_box || best_per_box > 12) break;
+    if (best < 0 || best_per_box > 1.5 * per_box || best_per_box > 24) break;
     --grid.log_edge[best];
     per_box = best_per_box;
     count_cells();
