@@ -1,0 +1,52 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "core/memory.hpp"
+
+namespace boxunion {
+
+/// A partition of 0 .. size - 1 that only grows coarser. The lowest element stands for its set, so the result
+/// does not depend on the order of calls. (Anderson and Woll 1991: links towards lower elements by compare
+/// and swap, paths halved on the way.)
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::uint32_t size) {
+    with_memory("joining faces", size * sizeof(std::uint32_t), [&] { parents_.resize(size); });
+    std::iota(parents_.begin(), parents_.end(), 0u);
+  }
+
+  /// The lowest element of an element's set. Thread-safe.
+  std::uint32_t find(std::uint32_t i) {
+    for (;;) {
+      std::uint32_t parent = at(i).load(std::memory_order_relaxed);
+      if (parent == i) return i;
+      const std::uint32_t grandparent = at(parent).load(std::memory_order_relaxed);
+      if (grandparent == parent) return parent;
+      at(i).compare_exchange_weak(parent, grandparent, std::memory_order_relaxed);
+      i = grandparent;
+    }
+  }
+
+  /// Joins the sets of two elements. Thread-safe.
+  void join(std::uint32_t a, std::uint32_t b) {
+    for (;;) {
+      a = find(a);
+      b = find(b);
+      if (a == b) return;
+      if (a < b) std::swap(a, b);
+      std::uint32_t root = a;
+      if (at(a).compare_exchange_strong(root, b, std::memory_order_relaxed)) return;
+    }
+  }
+
+ private:
+  std::atomic_ref<std::uint32_t> at(std::uint32_t i) { return std::atomic_ref(parents_[i]); }
+
+  std::vector<std::uint32_t> parents_;
+};
+
+}  // namespace boxunion

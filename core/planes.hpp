@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/octants.hpp"
+#include "core/parallel.hpp"
+#include "core/solid.hpp"
+
+namespace boxunion {
+
+/// The vertices of a solid, plane by plane along one axis. In a plane, columns run along the axis after it
+/// and rows along the one after that, so that columns, rows and the axis are right-handed.
+struct PlaneOrder {
+  std::vector<std::uint32_t> vertices;  ///< indices into Solid::vertices, by plane, then row, then column
+  std::vector<std::uint32_t> first;     ///< plane p holds vertices [first[p], first[p + 1])
+
+  std::size_t planes() const { return first.size() - 1; }
+  std::span<const std::uint32_t> plane(std::size_t p) const {
+    return std::span(vertices).subspan(first[p], first[p + 1] - first[p]);
+  }
+};
+
+/// The planes of all three axes. Rows are the lines on which edges lie, so neighbours on a row are an edge's
+/// ends.
+using Planes = std::array<PlaneOrder, 3>;
+
+/// Sorts the vertices into their planes, in parallel. Throws Error(resources) beyond 2^32 - 2 vertices.
+Planes make_planes(const Solid& solid);
+
+/// The ordinal of a vertex on an axis.
+inline std::uint32_t ordinal(const Vertex& v, int axis) {
+  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/// The quadrants of a plane round a point, as the bits of a quadrant mask.
+enum Quadrant : std::uint8_t { left_below, right_below, left_above, right_above };
+
+/// The octant beyond a quadrant of the plane normal to `axis`, on the negative (0) or positive (1) side.
+constexpr unsigned octant_at(int axis, unsigned side, Quadrant quadrant) {
+  return side << axis | (quadrant & 1u) << (axis + 1) % 3 | quadrant >> 1u << (axis + 2) % 3;
+}
+
+/// The quadrants of a plane that faces fill round a vertex, by octant mask, axis, and direction (0: towards
+/// the axis' positive side, 1: negative).
+inline constexpr auto kFaceQuadrants = [] {
+  std::array<std::array<std::array<std::uint8_t, 2>, 3>, 256> quadrants{};
+  for (unsigned mask = 0; mask < 256; ++mask)
+    for (int axis = 0; axis < 3; ++axis) {
+      const unsigned below = detail::side_quadrants(mask, axis, 0),
+                     above = detail::side_quadrants(mask, axis, 1);
+      quadrants[mask][axis] = {std::uint8_t(below & ~above), std::uint8_t(above & ~below)};
+    }
+  return quadrants;
+}();
+
+/// The columns of one plane at a time, by rank.
+class ColumnRanks {
+ public:
+  /// Ranks the columns of a plane normal to `axis`.
+  void assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane);
+  std::uint32_t count() const { return count_; }
+  /// Of the vertex at a position of the plane.
+  std::uint32_t operator[](std::size_t i) const { return ranks_[i]; }
+
+ private:
+  std::vector<std::uint64_t> sorted_, scratch_;
+  std::vector<std::uint32_t> ranks_;
+  std::uint32_t count_ = 0;
+};
+
+/// Calls f(chunk, axis, lower, upper) for every edge, with the indices of the vertices at its lower and upper
+/// end, in parallel over `chunks` of each axis: edges of a chunk come one after the other in a fixed order.
+template <class F>
+void for_each_edge(const Solid& solid, const Planes& planes, std::size_t chunks, F&& f) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int plane_axis = (axis + 2) % 3;
+    const std::vector<std::uint32_t>& line = planes[plane_axis].vertices;
+    parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t chunk = first; chunk < last; ++chunk) {
+        const std::size_t end = line.size() * (chunk + 1) / chunks;
+        for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
+          if (kOctants[solid.vertices[line[i]].mask].edges[2 * axis] != 0)
+            f(chunk, axis, line[i], line[i + 1]);
+      }
+    });
+  }
+}
+
+}  // namespace boxunion

@@ -1,0 +1,115 @@
+#include "core/points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/memory.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr std::size_t kGrain = 1 << 14;  // vertices
+constexpr std::size_t kChunks = 64;
+
+[[noreturn]] void throw_too_many() {
+  throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points");
+}
+
+/// An axis as a function: what Axis::coordinate gives, without a call to the mathematical library.
+class Coordinates {
+ public:
+  explicit Coordinates(const Axis& axis) : axis_(&axis), step_(std::ldexp(1.0, axis.exponent())) {}
+  double operator()(std::uint32_t ordinal) const {
+    return axis_->is_lattice() ? double(axis_->base() + ordinal) * step_ : axis_->coordinate(ordinal);
+  }
+
+ private:
+  const Axis* axis_;
+  double step_;
+};
+
+}  // namespace
+
+Fans::Fans(const Solid& solid) {
+  const std::size_t count = solid.vertices.size();
+  with_memory("numbering the vertices' fans", count * sizeof(std::uint32_t), [&] { first_.resize(count); });
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    first_[i] = static_cast<std::uint32_t>(sum);
+    sum += kFans[solid.vertices[i].mask].count;
+  }
+  if (sum >= Points::kNone) throw_too_many();
+  count_ = static_cast<std::uint32_t>(sum);
+}
+
+std::vector<std::uint32_t> Fans::vertices() const {
+  std::vector<std::uint32_t> vertices(count_);
+  parallel_ranges(0, first_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      std::fill(vertices.begin() + first_[i],
+                vertices.begin() + (i + 1 < first_.size() ? first_[i + 1] : count_), std::uint32_t(i));
+  });
+  return vertices;
+}
+
+Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
+    : solid_(&solid), contacts_(contacts), fans_(contacts == NonManifold::split ? Fans(solid) : Fans({})) {
+  if (contacts == NonManifold::keep) return;
+  std::array<std::vector<Midpoint>, kChunks> parts;
+  for_each_edge(solid, planes, kChunks,
+                [&](std::size_t chunk, int axis, std::uint32_t lower, std::uint32_t upper) {
+                  const auto& at_lower = kFans[solid.vertices[lower].mask].at_edge[2 * axis];
+                  const auto& at_upper = kFans[solid.vertices[upper].mask].at_edge[2 * axis + 1];
+                  if (at_lower[0] == at_lower[1] && at_upper[0] == at_upper[1])
+                    parts[chunk].push_back({lower, upper, axis});
+                });
+  for (const auto& part : parts) midpoints_.insert(midpoints_.end(), part.begin(), part.end());
+  parallel_sort(midpoints_.begin(), midpoints_.end(), [](const Midpoint& a, const Midpoint& b) {
+    return key(a.lower, a.axis) < key(b.lower, b.axis);
+  });
+  if (size() >= kNone) throw_too_many();
+}
+
+std::size_t Points::size() const {
+  return contacts_ == NonManifold::keep ? solid_->vertices.size() : fans_.count() + midpoints_.size();
+}
+
+std::uint32_t Points::between(std::uint32_t lower, int axis, int sector) const {
+  if (sector == 0 || midpoints_.empty()) return kNone;
+  const auto place =
+      std::lower_bound(midpoints_.begin(), midpoints_.end(), key(lower, axis),
+                       [](const Midpoint& m, std::uint64_t wanted) { return key(m.lower, m.axis) < wanted; });
+  if (place == midpoints_.end() || place->lower != lower || place->axis != axis) return kNone;
+  return fans_.count() + static_cast<std::uint32_t>(place - midpoints_.begin());
+}
+
+std::vector<Point> Points::positions() const {
+  std::vector<Point> positions = with_memory("the points of the boundary", size() * sizeof(Point),
+                                             [&] { return std::vector<Point>(size()); });
+  const Coordinates x(solid_->axes[0]), y(solid_->axes[1]), z(solid_->axes[2]);
+  const auto position = [&](std::uint32_t vertex) {
+    const Vertex& v = solid_->vertices[vertex];
+    return Point{x(v.x), y(v.y), z(v.z)};
+  };
+  if (contacts_ == NonManifold::keep) {
+    parallel_ranges(0, positions.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) positions[i] = position(std::uint32_t(i));
+    });
+    return positions;
+  }
+  const std::vector<std::uint32_t> vertices = fans_.vertices();
+  parallel_ranges(0, vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) positions[i] = position(vertices[i]);
+  });
+  for (std::size_t i = 0; i < midpoints_.size(); ++i) {
+    const Midpoint& m = midpoints_[i];
+    Point& p = positions[vertices.size() + i] = position(m.lower);
+    p[m.axis] = std::midpoint(p[m.axis], position(m.upper)[m.axis]);
+  }
+  return positions;
+}
+
+}  // namespace boxunion

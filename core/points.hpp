@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/fans.hpp"
+#include "core/planes.hpp"
+#include "core/solid.hpp"
+
+namespace boxunion {
+
+/// What becomes of non-manifold edges (four faces) and vertices (several fans).
+enum class NonManifold {
+  keep,  ///< they stay, as true contacts
+  split  ///< a copy of the vertex for each fan, of the edge for each filled sector, so that a manifold
+         ///< results
+};
+
+/// A position: x, y, z in the boxes' unit.
+using Point = std::array<double, 3>;
+
+/// Numbers the fans of all vertices, vertex by vertex.
+class Fans {
+ public:
+  /// Throws Error(resources) if there are more than 2^32 - 2.
+  explicit Fans(const Solid& solid);
+
+  std::uint32_t count() const { return count_; }
+  /// The fan with the facet (octant, axis) of a vertex; see MaskFans.
+  std::uint32_t at(const Solid& solid, std::uint32_t vertex, unsigned octant, int axis) const {
+    return first_[vertex] + kFans[solid.vertices[vertex].mask].of[octant][axis];
+  }
+  /// The fan with the filled sector 0 or 1 of the edge that leaves a vertex in a direction (+x, -x, +y, ...).
+  std::uint32_t at_edge(const Solid& solid, std::uint32_t vertex, int direction, int sector) const {
+    return first_[vertex] + kFans[solid.vertices[vertex].mask].at_edge[direction][sector];
+  }
+  /// The vertex of every fan.
+  std::vector<std::uint32_t> vertices() const;
+
+ private:
+  std::vector<std::uint32_t> first_;  // by vertex
+  std::uint32_t count_ = 0;
+};
+
+/// The points of a boundary: the vertices of a solid, or their copies where non-manifold contacts are split.
+///
+/// If contacts are kept, point i is vertex i. If they are split, point i is fan i; and where both copies of
+/// an edge would join the same two points, one copy is cut in two by a midpoint, the only new position there
+/// ever is. These come last.
+class Points {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  /// Refers to the solid. Throws Error(resources) if there are more than 2^32 - 2 points.
+  Points(const Solid& solid, const Planes& planes, NonManifold contacts);
+
+  NonManifold contacts() const { return contacts_; }
+  std::size_t size() const;
+  /// The point at a facet of a vertex; see MaskFans.
+  std::uint32_t at(std::uint32_t vertex, unsigned octant, int axis) const {
+    return contacts_ == NonManifold::keep ? vertex : fans_.at(*solid_, vertex, octant, axis);
+  }
+  /// The point at a filled sector (0 or 1) of an edge that leaves a vertex in a direction (+x, -x, +y, ...).
+  std::uint32_t at_edge(std::uint32_t vertex, int direction, int sector) const {
+    return contacts_ == NonManifold::keep ? vertex : fans_.at_edge(*solid_, vertex, direction, sector);
+  }
+  /// The midpoint of one sector's copy of the edge along an axis whose lower end is a vertex, or kNone.
+  std::uint32_t between(std::uint32_t lower, int axis, int sector) const;
+  /// Where the points are: exact but for midpoints, which are rounded (onto an end if no double lies
+  /// between).
+  std::vector<Point> positions() const;
+
+ private:
+  struct Midpoint {
+    std::uint32_t lower, upper;  // vertices
+    int axis;
+  };
+  static std::uint64_t key(std::uint32_t lower, int axis) {
+    return std::uint64_t{lower} << 2 | unsigned(axis);
+  }
+
+  const Solid* solid_;
+  NonManifold contacts_;
+  Fans fans_;
+  std::vector<Midpoint> midpoints_;  // by key
+};
+
+}  // namespace boxunion
