@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <string>
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
@@ -106,8 +107,13 @@ std::vector<Point> Points::positions() const {
   });
   for (std::size_t i = 0; i < midpoints_.size(); ++i) {
     const Midpoint& m = midpoints_[i];
-    Point& p = positions[vertices.size() + i] = position(m.lower);
-    p[m.axis] = std::midpoint(p[m.axis], position(m.upper)[m.axis]);
+    const double lower = position(m.lower)[m.axis], upper = position(m.upper)[m.axis];
+    const double middle = std::midpoint(lower, upper);
+    if (middle <= lower || upper <= middle)
+      throw Error(ErrorKind::input,
+                  "cannot split an edge from " + std::to_string(lower) + " to the next double: no double lies between");
+    positions[vertices.size() + i] = position(m.lower);
+    positions[vertices.size() + i][m.axis] = middle;
   }
   return positions;
 }

@@ -1,0 +1,236 @@
+// The B-rep and its triangles, against voxels and the laws of closed surfaces.
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <random>
+#include <set>
+
+#include "core/brep.hpp"
+#include "core/generate.hpp"
+#include "core/orientation.hpp"
+#include "core/triangulation.hpp"
+#include "host/engine.hpp"
+#include "host/files.hpp"
+#include "tests/boundary_reference.hpp"
+#include "tests/generators.hpp"
+#include "tests/reference.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr NonManifold kBoth[] = {NonManifold::keep, NonManifold::split};
+
+Solid solid_of(const std::vector<IntegerBox>& boxes) {
+  return unite(BoxSet(boxes), {.device = "native", .threads = 1});
+}
+
+BoundaryCounts counts_of(const Solid& solid, const Brep& brep) {
+  BoundaryCounts counts;
+  for (const Vertex& v : solid.vertices)
+    for (const int direction : {0, 2, 4}) {
+      counts.edges += kOctants[v.mask].edges[direction] != 0;
+      counts.nonmanifold_edges += kOctants[v.mask].edges[direction] == 2;
+    }
+  counts.faces = brep.faces.size();
+  counts.holes = brep.faces.holes();
+  counts.shells = brep.shells.size();
+  counts.bodies = brep.shells.bodies;
+  return counts;
+}
+
+using Step = std::pair<std::uint32_t, std::uint32_t>;
+
+/// Expects that every step along a loop or triangle is matched by its opposite; returns how often each comes.
+std::map<Step, int> matched_steps(const std::vector<std::vector<std::uint32_t>>& loops) {
+  std::map<Step, int> steps;
+  for (const auto& loop : loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) ++steps[{loop[i], loop[(i + 1) % loop.size()]}];
+  for (const auto& [step, times] : steps) {
+    EXPECT_NE(step.first, step.second);
+    const auto back = steps.find({step.second, step.first});
+    if (back == steps.end() || back->second != times) ADD_FAILURE() << "a step without its opposite";
+  }
+  return steps;
+}
+
+std::vector<std::vector<std::uint32_t>> loops_of(const Faces& faces) {
+  std::vector<std::vector<std::uint32_t>> loops;
+  for (std::size_t l = 0; l < faces.loops(); ++l)
+    loops.emplace_back(faces.loop(l).begin(), faces.loop(l).end());
+  return loops;
+}
+
+std::vector<std::vector<std::uint32_t>> loops_of(const std::vector<Triangle>& triangles) {
+  std::vector<std::vector<std::uint32_t>> loops;
+  for (const Triangle& t : triangles) loops.emplace_back(t.begin(), t.end());
+  return loops;
+}
+
+/// Expects that the faces round every point form one ring.
+void expect_one_fan_at_every_point(const std::vector<std::vector<std::uint32_t>>& loops) {
+  std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>>
+      after;  // by point: the step in, the step out
+  for (const auto& loop : loops)
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      after[loop[(i + 1) % loop.size()]][loop[i]] = loop[(i + 2) % loop.size()];
+  for (const auto& [point, next] : after) {
+    std::size_t length = 0;
+    for (std::uint32_t at = next.begin()->first; length == 0 || at != next.begin()->first; ++length) {
+      if (!next.contains(at) || length > next.size()) {
+        ADD_FAILURE() << "an open fan";
+        return;
+      }
+      at = next.at(at);
+    }
+    EXPECT_EQ(length, next.size()) << "several fans at point " << point;
+  }
+}
+
+/// Twice the signed area that a loop encloses in its plane, seen from outside; exact for small halves.
+double doubled_area(const std::vector<Point>& points, std::span<const std::uint32_t> loop,
+                    unsigned direction) {
+  const unsigned u = (direction / 2 + 1) % 3, v = (direction / 2 + 2) % 3;
+  double sum = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Point &p = points[loop[i]], &q = points[loop[(i + 1) % loop.size()]];
+    sum += p[u] * q[v] - q[u] * p[v];
+  }
+  return direction % 2 ? -sum : sum;
+}
+
+/// Six times the volume between triangles and the origin.
+double six_volumes(const std::vector<Point>& points, std::span<const Triangle> triangles) {
+  double sum = 0;
+  for (const Triangle& t : triangles) {
+    const Point &p = points[t[0]], &q = points[t[1]], &r = points[t[2]];
+    sum += p[0] * (q[1] * r[2] - q[2] * r[1]) + p[1] * (q[2] * r[0] - q[0] * r[2]) +
+           p[2] * (q[0] * r[1] - q[1] * r[0]);
+  }
+  return sum;
+}
+
+/// What must hold for the boundary of any solid with small integer coordinates.
+void expect_laws(const Solid& solid, const Brep& brep, const MassProperties& mass) {
+  const Faces& faces = brep.faces;
+  const Triangulation triangulation = triangulate(brep.points, faces);
+  const auto& triangles = triangulation.triangles;
+  ASSERT_EQ(triangles.size(), triangulation.first.back());
+
+  // Faces: triangles of positive area fill them, and lie in their planes.
+  std::vector<double> shell_volumes(brep.shells.size());
+  double area = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const unsigned direction = faces.direction[f], axis = direction / 2;
+    double face_area = 0, triangle_area = 0;
+    for (std::uint32_t l = faces.first_loop[f]; l < faces.first_loop[f + 1]; ++l) {
+      const double loop_area = doubled_area(brep.points, faces.loop(l), direction);
+      EXPECT_EQ(loop_area > 0, l == faces.first_loop[f]);
+      face_area += loop_area;
+    }
+    const auto cut = std::span(triangles).subspan(triangulation.first[f],
+                                                  triangulation.first[f + 1] - triangulation.first[f]);
+    for (const Triangle& t : cut) {
+      const double one = doubled_area(brep.points, t, direction);
+      EXPECT_GT(one, 0);
+      triangle_area += one;
+      for (const std::uint32_t p : t)
+        EXPECT_EQ(brep.points[p][axis], brep.points[faces.loop(faces.first_loop[f])[0]][axis]);
+    }
+    EXPECT_EQ(triangle_area, face_area);
+    area += face_area / 2;
+    shell_volumes[brep.shells.of_face[f]] += six_volumes(brep.points, cut);
+  }
+  EXPECT_EQ(area, mass.area);
+  EXPECT_EQ(six_volumes(brep.points, triangles), 6 * mass.volume);
+  std::size_t outer = 0;
+  for (std::size_t s = 0; s < brep.shells.size(); ++s) {
+    EXPECT_EQ(shell_volumes[s] < 0, bool(brep.shells.cavity[s]));
+    outer += !brep.shells.cavity[s];
+    EXPECT_LT(brep.shells.body[s], brep.shells.bodies);
+  }
+  EXPECT_EQ(outer, brep.shells.bodies);
+
+  // Loops run along the edges, triangles round them.
+  const auto steps = matched_steps(loops_of(faces));
+  std::set<Step> edges;
+  for (const Edge& edge : brep.edges) edges.insert({edge[0], edge[1]});
+  EXPECT_EQ(edges.size(), brep.edges.size());
+  EXPECT_EQ(steps.size(), 2 * edges.size());
+  for (const Step& edge : edges) EXPECT_TRUE(steps.contains(edge));
+  const auto sides = matched_steps(loops_of(triangles));
+  if (brep.contacts == NonManifold::keep) return;
+
+  for (const auto& [step, times] : steps) EXPECT_EQ(times, 1);
+  for (const auto& [step, times] : sides) EXPECT_EQ(times, 1);
+  expect_one_fan_at_every_point(loops_of(faces));
+  expect_one_fan_at_every_point(loops_of(triangles));
+  const long euler =
+      long(brep.points.size()) - long(brep.edges.size()) + long(faces.size()) - long(faces.holes());
+  EXPECT_EQ(euler % 2, 0);
+  EXPECT_LE(euler, 2 * long(brep.shells.size()));  // a genus of at least 0
+  (void)solid;
+}
+
+/// Bodies as numbered by the B-rep and by the voxels are the same.
+void expect_bodies_of(const Voxels& voxels, const Brep& brep) {
+  std::map<std::uint32_t, int> names;
+  for (std::size_t f = 0; f < brep.faces.size(); ++f) {
+    // The first point of a face has it right above.
+    const Point& p = brep.points[brep.faces.loop(brep.faces.first_loop[f])[0]];
+    Voxels::Index voxel = {int(p[0]), int(p[1]), int(p[2])};
+    if (brep.faces.direction[f] % 2 == 0) --voxel[brep.faces.direction[f] / 2];
+    ASSERT_TRUE(voxels.filled(voxel));
+    const auto [name, fresh] =
+        names.try_emplace(brep.shells.body[brep.shells.of_face[f]], voxels.body(voxel));
+    ASSERT_EQ(name->second, voxels.body(voxel));
+  }
+  std::set<int> distinct;
+  for (const auto& name : names) distinct.insert(name.second);
+  ASSERT_EQ(distinct.size(), names.size());
+}
+
+void expect_boundary_of(const std::vector<IntegerBox>& boxes) {
+  const Solid solid = solid_of(boxes);
+  const MassProperties mass = measure(BoxSet(boxes), {.device = "native", .threads = 1});
+  const Voxels voxels(boxes);
+  const BoundaryCounts expected = voxels.count();
+  for (const NonManifold contacts : kBoth) {
+    const Brep brep = make_brep(solid, contacts);
+    ASSERT_EQ(counts_of(solid, brep), expected);
+    expect_bodies_of(voxels, brep);
+    expect_laws(solid, brep, mass);
+  }
+}
+
+std::vector<IntegerBox> unit_cubes(std::uint64_t occupancy, int nx, int ny, int nz) {
+  std::vector<IntegerBox> boxes;
+  for (int z = 0, i = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x, ++i)
+        if (occupancy >> i & 1) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
+  return boxes;
+}
+
+TEST(Boundary, OfEveryOccupancyOf2x2x3EqualsBruteForce) {
+  for (std::uint32_t occupancy = 0; occupancy < 4096; ++occupancy) {
+    expect_boundary_of(unit_cubes(occupancy, 2, 2, 3));
+    ASSERT_FALSE(HasFailure()) << "occupancy " << occupancy;
+  }
+}
+
+TEST(Boundary, OfRandomOccupanciesEqualsBruteForce) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 1500; ++i) {
+    const std::uint64_t thin = i % 3 == 0 ? random() : ~std::uint64_t{0}, thick = i % 3 == 1 ? random() : 0;
+    const std::uint64_t occupancy = (random() & thin) | thick;
+    expect_boundary_of(i % 2 ? unit_cubes(occupancy, 4, 4, 4) : unit_cubes(occupancy, 3, 7, 3));
+    ASSERT_FALSE(HasFailure()) << "case " << i << " occupancy " << occupancy;
+  }
+}
+
+}  // namespace
+}  // namespace boxunion
