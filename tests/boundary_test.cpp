@@ -2,14 +2,17 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <random>
 #include <set>
 
 #include "core/brep.hpp"
+#include "core/error.hpp"
 #include "core/generate.hpp"
 #include "core/orientation.hpp"
 #include "core/triangulation.hpp"
@@ -229,6 +232,175 @@ TEST(Boundary, OfRandomOccupanciesEqualsBruteForce) {
     const std::uint64_t occupancy = (random() & thin) | thick;
     expect_boundary_of(i % 2 ? unit_cubes(occupancy, 4, 4, 4) : unit_cubes(occupancy, 3, 7, 3));
     ASSERT_FALSE(HasFailure()) << "case " << i << " occupancy " << occupancy;
+  }
+}
+
+/// Random voxels of a larger grid: cavities, bodies in cavities, faces with many holes, long loops.
+TEST(Boundary, OfRandomVoxelsEqualsBruteForce) {
+  std::mt19937 random(2);
+  for (const unsigned percent : {5, 20, 40, 60, 75, 85, 97}) {
+    std::vector<IntegerBox> boxes;
+    for (int z = 0; z < 14; ++z)
+      for (int y = 0; y < 13; ++y)
+        for (int x = 0; x < 12; ++x)
+          if (random() % 100 < percent) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
+    expect_boundary_of(boxes);
+    ASSERT_FALSE(HasFailure()) << percent << " percent";
+  }
+}
+
+/// The six walls, two thick, of a box.
+void add_hollow_box(std::vector<IntegerBox>& boxes, const std::array<int, 3>& at, int size) {
+  for (std::size_t a = 0; a < 3; ++a)
+    for (const int side : {0, size - 2}) {
+      IntegerBox wall = {at[0], at[1], at[2], at[0] + size, at[1] + size, at[2] + size};
+      wall[a] += side;
+      wall[a + 3] = wall[a] + 2;
+      boxes.push_back(wall);
+    }
+}
+
+TEST(Boundary, NestedShellsBelongToTheirBodies) {
+  std::vector<IntegerBox> boxes;
+  for (int i = 0; i < 4; ++i)
+    for (int depth = 0; depth <= i; ++depth)
+      add_hollow_box(boxes, {24 * i + 3 * depth, 3 * depth, 3 * depth}, 22 - 6 * depth);
+  expect_boundary_of(boxes);
+  const Brep brep = make_brep(solid_of(boxes), NonManifold::keep);
+  EXPECT_EQ(brep.shells.bodies, 10u);
+  EXPECT_EQ(brep.shells.cavities(), 10u - 1u);  // the innermost of four is solid
+}
+
+TEST(Boundary, OfNothingIsEmpty) {
+  for (const NonManifold contacts : kBoth) {
+    const Brep brep = make_brep({}, contacts);
+    EXPECT_EQ(
+        brep.points.size() + brep.edges.size() + brep.faces.size() + brep.faces.loops() + brep.shells.size(),
+        0u);
+    EXPECT_TRUE(make_mesh({}, contacts).triangles.empty());
+  }
+}
+
+TEST(Boundary, ThreadsNeverChangeIt) {
+  const std::vector<IntegerBox> boxes = collect(generate_cubes(3000, 8, 100, 5));
+  const Solid solid = solid_of(boxes);
+  for (const NonManifold contacts : kBoth) {
+    Brep expected;
+    tbb::task_arena(1).execute([&] { expected = make_brep(solid, contacts); });
+    for (const int threads : {2, 8})
+      tbb::task_arena(threads).execute([&] {
+        const Brep brep = make_brep(solid, contacts);
+        EXPECT_EQ(brep.points, expected.points);
+        EXPECT_EQ(brep.edges, expected.edges);
+        EXPECT_EQ(brep.faces.loop_points, expected.faces.loop_points);
+        EXPECT_EQ(brep.faces.first_point, expected.faces.first_point);
+        EXPECT_EQ(brep.faces.first_loop, expected.faces.first_loop);
+        EXPECT_EQ(brep.faces.direction, expected.faces.direction);
+        EXPECT_EQ(brep.shells.of_face, expected.shells.of_face);
+        EXPECT_EQ(brep.shells.body, expected.shells.body);
+        EXPECT_EQ(triangulate(brep.points, brep.faces).triangles, make_mesh(solid, contacts).triangles);
+      });
+  }
+}
+
+void expect_counts(const BoxSet& boxes, const BoundaryCounts& expected) {
+  const Solid solid = unite(boxes, {.device = "native"});
+  for (const NonManifold contacts : kBoth) {
+    const Brep brep = make_brep(solid, contacts);
+    EXPECT_EQ(counts_of(solid, brep), expected);
+    const auto loops = loops_of(triangulate(brep.points, brep.faces).triangles);
+    matched_steps(loops);
+    if (contacts == NonManifold::split) expect_one_fan_at_every_point(loops);
+  }
+}
+
+TEST(Boundary, OfKnownSolids) {
+  // A genus of 1409, as 7912 - 16920 + 7326 - 1134 = 2 - 2 * 1409.
+  expect_counts(collect(generate_sponge(3)), {16920, 0, 7326, 1134, 1, 1});
+  expect_counts(collect(generate_checkerboard(20)), {26340, 21660, 24000, 0, 4000, 4000});
+}
+
+TEST(Boundary, OfStandardCells) {
+  const std::string path = BOXUNION_DATA "/sky130_hd_row.csv";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "there is no " << path << "; see BOXUNION_DATA";
+  expect_counts(read_boxes(path), {176540, 0, 66517, 897, 3432, 3432});
+}
+
+/// Sums in rational numbers, of the mesh's doubles.
+MassProperties mass_of(const Mesh& mesh) {
+  mpq_class six_volumes, doubled_area;
+  for (const Triangle& t : mesh.triangles) {
+    std::array<std::array<mpq_class, 3>, 3> p;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t a = 0; a < 3; ++a) p[i][a] = mesh.points[t[i]][a];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+      six_volumes += p[0][a] * (p[1][b] * p[2][c] - p[1][c] * p[2][b]);
+      doubled_area +=
+          abs((p[1][b] - p[0][b]) * (p[2][c] - p[0][c]) - (p[1][c] - p[0][c]) * (p[2][b] - p[0][b]));
+    }
+  }
+  MassProperties mass;
+  mass.volume = round_to_nearest(six_volumes / 6);
+  mass.area = round_to_nearest(doubled_area / 2);
+  return mass;
+}
+
+void expect_mass_of_meshes(const std::vector<Box>& boxes) {
+  const MassProperties mass = measure(boxes, {.device = "native", .threads = 1});
+  const Solid solid = unite(boxes, {.device = "native", .threads = 1});
+  for (const NonManifold contacts : kBoth) {
+    const Mesh mesh = make_mesh(solid, contacts);
+    const MassProperties found = mass_of(mesh);
+    RC_ASSERT(found.volume == mass.volume);
+    RC_ASSERT(found.area == mass.area);
+    for (const auto& [step, times] : matched_steps(loops_of(mesh.triangles)))
+      RC_ASSERT(contacts == NonManifold::keep || times == 1);
+  }
+}
+
+TEST(BoundaryProperty, MeshesHaveTheMassOfTheirBoxes) {
+  EXPECT_TRUE(
+      rc::check("decimal coordinates", [] { expect_mass_of_meshes(*boxes_from(decimal(), 12, 14)); }));
+  EXPECT_TRUE(rc::check("coordinates of every size",
+                        [] { expect_mass_of_meshes(*boxes_from(nasty_coordinate(), 9, 9)); }));
+}
+
+TEST(Orientation, IsExactForAllDoubles) {
+  const auto exact = [](const auto& a, const auto& b, const auto& c) {
+    const auto minus = [](double p, double q) { return mpq_class(mpq_class(p) - mpq_class(q)); };
+    return sgn(mpq_class(minus(b[0], a[0]) * minus(c[1], a[1]) - minus(b[1], a[1]) * minus(c[0], a[0])));
+  };
+  const auto agrees = [&](const rc::Gen<double>& coordinate) {
+    const auto a = *rc::gen::container<std::array<double, 2>>(coordinate);
+    const auto b = *rc::gen::container<std::array<double, 2>>(coordinate);
+    auto c = *rc::gen::container<std::array<double, 2>>(coordinate);
+    RC_ASSERT(orientation(a, b, c) == exact(a, b, c));
+    const double along = *rc::gen::element(-1.0, 0.5, 2.0, 1 / 3., 0.1);
+    c = {a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1])};  // collinear or nearly so
+    if (std::isfinite(c[0]) && std::isfinite(c[1])) RC_ASSERT(orientation(a, b, c) == exact(a, b, c));
+  };
+  EXPECT_TRUE(rc::check("decimals", [&] { agrees(decimal()); }));
+  EXPECT_TRUE(rc::check("small integers", [&] { agrees(small_integer()); }));
+  EXPECT_TRUE(rc::check("nasty coordinates", [&] { agrees(nasty_coordinate()); }));
+  EXPECT_TRUE(rc::check("any doubles", [&] { agrees(rc::gen::arbitrary<double>()); }));
+}
+
+TEST(Boundary, AnEdgeWithoutRoomForAMidpointCannotBeSplit) {
+  // Class 00000110 with six filled octants, one step of a double high: both copies of its edge join the same
+  // fans.
+  const double next = std::nextafter(1.0, 2.0);
+  std::vector<Box> boxes;
+  for (const auto& [x, y] : {std::pair{0, 0}, {1, 1}})
+    boxes.push_back({double(x), double(y), 1, x + 1.0, y + 1.0, next});
+  for (const auto& [lo, hi] : {std::pair{0.0, 1.0}, {next, 3.0}}) boxes.push_back({0, 0, lo, 2, 2, hi});
+  const Solid solid = unite(boxes, {.device = "native"});
+  EXPECT_NO_THROW(make_mesh(solid, NonManifold::keep));
+  try {
+    make_mesh(solid, NonManifold::split);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
   }
 }
 
