@@ -35,7 +35,7 @@ need() {
 build_packages=(
   g++ cmake ninja-build libtbb-dev libfmt-dev libcli11-dev libfast-float-dev libboost-dev
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libvulkan-dev mesa-vulkan-drivers glslang-tools
+  libvulkan-dev mesa-vulkan-drivers glslang-tools lib3mf-dev
 )
 # What the tests, benchmarks and checkers need besides.
 check_packages=(

@@ -263,15 +263,24 @@ std::vector<Edge> find_edges(const Solid& solid, const Planes& planes, const Poi
   return edges;
 }
 
-Brep make_brep(const Solid& solid, NonManifold contacts) {
+Brep make_brep(const Solid& solid, NonManifold contacts,
+               const std::function<void(std::string_view)>& finish) {
+  const auto finished = [&](std::string_view stage) {
+    if (finish) finish(stage);
+  };
   const Planes planes = make_planes(solid);
+  finished("planes");
   const Points points(solid, planes, contacts);
   Brep brep;
   brep.contacts = contacts;
   brep.points = points.positions();
+  finished("points");
   brep.edges = find_edges(solid, planes, points);
+  finished("edges");
   brep.faces = find_faces(solid, planes, points);
+  finished("faces");
   brep.shells = find_shells(solid, planes, brep.faces, contacts);
+  finished("shells");
   return brep;
 }
 

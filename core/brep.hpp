@@ -3,7 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/planes.hpp"
@@ -58,7 +60,9 @@ Faces find_faces(const Solid& solid, const Planes& planes, const Points& points)
 /// split.
 std::vector<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points);
 
-/// All of it.
-Brep make_brep(const Solid& solid, NonManifold contacts);
+/// All of it. Calls finish(stage) on this thread after each stage, for clocks, and to throw where the caller
+/// wants to stop.
+Brep make_brep(const Solid& solid, NonManifold contacts,
+               const std::function<void(std::string_view)>& finish = {});
 
 }  // namespace boxunion

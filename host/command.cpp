@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "core/octants.hpp"
+#include "host/boundary.hpp"
 #include "host/command_output.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
@@ -98,6 +100,18 @@ std::vector<Result> statistics_results(const Report& report) {
   return results;
 }
 
+/// How many vertices and edges a solid has.
+std::vector<Result> solid_results(const Solid& solid) {
+  std::uint64_t edges = 0, nonmanifold = 0;
+  for (const Vertex& v : solid.vertices)
+    for (const int direction : {0, 2, 4}) {  // each edge at its lower end
+      edges += kOctants[v.mask].edges[direction] != 0;
+      nonmanifold += kOctants[v.mask].edges[direction] == 2;
+    }
+  return {count_result("vertices", solid.vertices.size()), count_result("edges", edges),
+          count_result("nonmanifold_edges", nonmanifold)};
+}
+
 }  // namespace
 
 void measure(const std::string& input, const Common& common) {
@@ -137,18 +151,43 @@ void measure(const std::string& input, const Common& common) {
   print_results(results, common.json);
 }
 
-void boundary(const std::string& input, const std::string& output, const Common& common) {
+void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
+              const Common& common) {
   ProgressBar bar(common.quiet);
-  OutputFile file = open_output(output, common.interrupted);
+  OutputFile file = open_output(output, common.interrupted, kBoundaryFormats);
+  const FileFormat format = file_format(output, kBoundaryFormats);
+  const bool has_floats = format == FileFormat::stl || format == FileFormat::threemf;
+  const NonManifold contacts =
+      boundary_options.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
+  const Options options = engine_options(common, bar);
   Report report;
-  const std::size_t vertices = with_threads(common, [&] {
-    const Solid solid = unite(read_boxes(input, common.interrupted), engine_options(common, bar), &report);
-    write_vertices(solid, std::move(file));
-    return solid.vertices.size();
+  std::vector<Result> results;
+  const bool exact = with_threads(common, [&] {
+    const Solid solid = unite(read_boxes(input, common.interrupted), options, &report);
+    results = solid_results(solid);
+    bool exact = true;
+    if (common.json || is_mesh(format)) {
+      const Boundary boundary = find_boundary(solid, contacts, options, &report);
+      const Faces& faces = boundary.brep.faces;
+      const Shells& shells = boundary.brep.shells;
+      for (const Result& result :
+           {count_result("faces", faces.size()), count_result("holes", faces.holes()),
+            count_result("shells", shells.size()), count_result("cavities", shells.cavities()),
+            count_result("bodies", shells.bodies),
+            count_result("triangles", boundary.triangulation.triangles.size())})
+        results.push_back(result);
+      if (is_mesh(format))
+        exact =
+            write_mesh(boundary.brep, boundary.triangulation, boundary_options.triangles, std::move(file));
+    }
+    if (!is_mesh(format)) write_vertices(solid, std::move(file));
+    return exact;
   });
   bar.clear();
+  if (!exact)
+    warn(fmt::format("{}: coordinates were rounded to floats, the only numbers of this format", output));
 
-  std::vector<Result> results = {count_result("vertices", vertices), string_result("output", output)};
+  results.push_back(string_result("output", output));
   add_report(results, report);
   print_results(results, common.json);
 }

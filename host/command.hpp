@@ -2,9 +2,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/generate.hpp"
+#include "core/points.hpp"
 #include "host/engine.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout and its progress and warnings to
@@ -22,8 +24,15 @@ struct Common {
 /// Prints the mass properties of the union of the boxes in `input`.
 void measure(const std::string& input, const Common& common);
 
-/// Writes the vertices of the union of the boxes in `input` to `output`.
-void boundary(const std::string& input, const std::string& output, const Common& common);
+/// What `boundary` is asked for besides its files.
+struct BoundaryOptions {
+  bool triangles = false;                  ///< no other polygons, even where the format has them
+  std::optional<NonManifold> nonmanifold;  ///< default: split for .stl and .3mf, else keep
+};
+
+/// Writes the boundary of the union of the boxes in `input` to `output`: vertices or a mesh.
+void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
+              const Common& common);
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);

@@ -14,6 +14,7 @@
 #include "core/octants.hpp"
 #include "core/parallel.hpp"
 #include "host/formats.hpp"
+#include "host/text_rows.hpp"
 
 namespace boxunion::csv {
 namespace {
@@ -21,7 +22,6 @@ namespace {
 constexpr std::size_t kFirstBlockBytes = 1 << 20;  ///< of a file in memory at first: most files are small
 constexpr std::size_t kBlockBytes = 32 << 20;      ///< of a file in memory at most; no line may be longer
 constexpr std::size_t kChunkBytes = 1 << 18;       ///< parsed by one thread at a time
-constexpr std::size_t kFormatRows = 1 << 12;       ///< written by one thread at a time
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
 
 bool is_space(char c) {
@@ -195,25 +195,6 @@ class Reader {
   std::size_t lines_ = 0;
   bool started_ = false;
 };
-
-/// Writes rows 0 .. count - 1, where append(row, text) appends a row to a buffer. Parallel.
-template <class F>
-void write_rows(OutputFile& file, std::size_t count, F append) {
-  constexpr std::size_t kChunks = 64;
-  std::vector<fmt::memory_buffer> texts(kChunks);
-  for (std::size_t first = 0; first < count; first += kChunks * kFormatRows) {
-    const std::size_t rows = std::min(kChunks * kFormatRows, count - first);
-    const std::size_t chunks = (rows + kFormatRows - 1) / kFormatRows;
-    parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        texts[i].clear();
-        const std::size_t last = first + std::min((i + 1) * kFormatRows, rows);
-        for (std::size_t row = first + i * kFormatRows; row < last; ++row) append(row, texts[i]);
-      }
-    });
-    for (std::size_t i = 0; i < chunks; ++i) file.write({texts[i].data(), texts[i].size()});
-  }
-}
 
 }  // namespace
 

@@ -10,32 +10,69 @@
 
 namespace boxunion {
 
-FileFormat file_format(const std::string& path) {
+namespace {
+
+const char* extension_of(FileFormat format) {
+  switch (format) {
+    case FileFormat::csv:
+      return ".csv";
+    case FileFormat::npy:
+      return ".npy";
+    case FileFormat::obj:
+      return ".obj";
+    case FileFormat::ply:
+      return ".ply";
+    case FileFormat::off:
+      return ".off";
+    case FileFormat::stl:
+      return ".stl";
+    case FileFormat::threemf:
+      return ".3mf";
+  }
+  return "";
+}
+
+}  // namespace
+
+FileFormat file_format(const std::string& path, std::span<const FileFormat> expected) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return 'A' <= c && c <= 'Z' ? char(c + 'a' - 'A') : c; });
-  if (extension == ".csv") return FileFormat::csv;
-  if (extension == ".npy") return FileFormat::npy;
+  std::string all;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (extension == extension_of(expected[i])) {
+#ifndef BOXUNION_HAVE_LIB3MF
+      if (expected[i] == FileFormat::threemf)
+        throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without lib3mf", path));
+#endif
+      return expected[i];
+    }
+    all += fmt::format("{}{}",
+                       i == 0                     ? ""
+                       : i + 1 == expected.size() ? " or "
+                                                  : ", ",
+                       extension_of(expected[i]));
+  }
   throw Error(ErrorKind::input,
-              extension.empty()
-                  ? fmt::format("{}: no file extension, expected .csv or .npy", path)
-                  : fmt::format("{}: unknown extension {}, expected .csv or .npy", path, extension));
+              extension.empty() ? fmt::format("{}: no file extension, expected {}", path, all)
+                                : fmt::format("{}: unknown extension {}, expected {}", path, extension, all));
 }
 
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path);
+  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kBoxFormats);
   InputFile file(path, interrupted);
   return format == FileFormat::csv ? csv::read_boxes(file) : npy::read_boxes(file);
 }
 
-OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted) {
-  file_format(path);
+OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
+                       std::span<const FileFormat> expected) {
+  file_format(path, expected);
   return OutputFile(path, interrupted);
 }
 
 template <class T>
 BoxWriter<T>::BoxWriter(OutputFile& file, std::uint64_t count)
-    : file_(file), format_(file_format(file.path())) {
+    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
   if (format_ == FileFormat::csv)
     csv::write_box_header(file_);
   else
@@ -60,11 +97,38 @@ void write_boxes(const BoxSet& set, OutputFile file) {
 }
 
 void write_vertices(const Solid& solid, OutputFile file) {
-  if (file_format(file.path()) == FileFormat::csv)
+  if (file_format(file.path(), kBoxFormats) == FileFormat::csv)
     csv::write_vertices(file, solid);
   else
     npy::write_vertices(file, solid);
   file.commit();
+}
+
+bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
+  bool exact = true;
+  switch (file_format(file.path(), kBoundaryFormats)) {
+    case FileFormat::obj:
+      obj::write(file, brep, triangulation, triangles_only);
+      break;
+    case FileFormat::ply:
+      ply::write(file, brep.points, triangulation.triangles);
+      break;
+    case FileFormat::off:
+      off::write(file, brep.points, triangulation.triangles);
+      break;
+    case FileFormat::stl:
+      exact = stl::write(file, brep, triangulation);
+      break;
+    case FileFormat::threemf:
+#ifdef BOXUNION_HAVE_LIB3MF
+      exact = threemf::write(file, brep.points, triangulation.triangles);
+#endif
+      break;
+    default:
+      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format", file.path()));
+  }
+  file.commit();
+  return exact;
 }
 
 }  // namespace boxunion

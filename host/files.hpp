@@ -6,16 +6,31 @@
 #include <string>
 
 #include "core/box.hpp"
+#include "core/brep.hpp"
 #include "core/solid.hpp"
+#include "core/triangulation.hpp"
 #include "host/output.hpp"
 
 namespace boxunion {
 
-/// File formats, told by the extension: .csv and .npy, in any case.
-enum class FileFormat { csv, npy };
+/// File formats, told by the extension, in any case.
+enum class FileFormat { csv, npy, obj, ply, off, stl, threemf };
 
-/// The format of a file. Throws Error(input) that names the known extensions.
-FileFormat file_format(const std::string& path);
+/// What boxes may come from and go to: .csv and .npy.
+inline constexpr FileFormat kBoxFormats[] = {FileFormat::csv, FileFormat::npy};
+/// What a boundary may go to: vertices as .csv and .npy, meshes as .obj, .ply, .off, .stl and .3mf.
+inline constexpr FileFormat kBoundaryFormats[] = {FileFormat::csv,    FileFormat::npy, FileFormat::obj,
+                                                  FileFormat::ply,    FileFormat::off, FileFormat::stl,
+                                                  FileFormat::threemf};
+
+/// The format of a file. Throws Error(input) that names the extensions of `expected` if it is none of them,
+/// and Error(usage) for .3mf where boxunion was built without lib3mf.
+FileFormat file_format(const std::string& path, std::span<const FileFormat> expected);
+
+/// Is it a format of meshes, so not of boxes or vertices?
+inline bool is_mesh(FileFormat format) {
+  return format != FileFormat::csv && format != FileFormat::npy;
+}
 
 /// Reads boxes from a .csv or .npy file, or from standard input ("-") as CSV.
 ///
@@ -31,8 +46,10 @@ FileFormat file_format(const std::string& path);
 /// is fine. Where `interrupted` becomes true, throws Error(interrupted). Parallel.
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
 
-/// Opens an output file of a known format (see file_format and OutputFile), before the work that fills it.
-OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
+/// Opens an output file of an expected format (see file_format and OutputFile), before the work that fills
+/// it.
+OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
+                       std::span<const FileFormat> expected = kBoxFormats);
 
 /// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
 /// decimals that read back to the same numbers; NPY is a little-endian (n, 6) array of float64 or int32.
@@ -57,5 +74,14 @@ void write_boxes(const BoxSet& boxes, OutputFile file);
 /// there by outward direction +x, -x, +y, -y, +z, -z: in CSV degree_px, degree_nx, degree_py, degree_ny,
 /// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
 void write_vertices(const Solid& solid, OutputFile file);
+
+/// Writes and commits a boundary as a mesh, in the same order whatever the number of threads.
+///
+/// OBJ has the faces as polygons, of which those with holes are cut into triangles, or triangles alone if
+/// `triangles_only`; the other formats have triangles. OBJ and OFF are text in shortest decimals that read
+/// back to the same doubles; PLY is binary, little-endian, with doubles. STL (binary) and 3MF (by lib3mf, in
+/// millimetres) have floats: returns false if a coordinate was rounded to one. Throws Error(input) if one is
+/// beyond the floats.
+bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file);
 
 }  // namespace boxunion

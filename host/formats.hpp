@@ -5,7 +5,9 @@
 #include <string_view>
 
 #include "core/box.hpp"
+#include "core/brep.hpp"
 #include "core/solid.hpp"
+#include "core/triangulation.hpp"
 #include "host/input.hpp"
 #include "host/output.hpp"
 
@@ -31,3 +33,35 @@ void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertices(OutputFile& file, const Solid& solid);
 
 }  // namespace boxunion::npy
+
+namespace boxunion::obj {
+
+void write(OutputFile& file, const Brep& brep, const Triangulation& triangulation, bool triangles_only);
+
+}  // namespace boxunion::obj
+
+namespace boxunion::ply {
+
+void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+
+}  // namespace boxunion::ply
+
+namespace boxunion::off {
+
+void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+
+}  // namespace boxunion::off
+
+namespace boxunion::stl {
+
+/// Returns false if a coordinate was rounded.
+bool write(OutputFile& file, const Brep& brep, const Triangulation& triangulation);
+
+}  // namespace boxunion::stl
+
+namespace boxunion::threemf {
+
+/// Returns false if a coordinate was rounded.
+bool write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+
+}  // namespace boxunion::threemf

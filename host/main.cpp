@@ -25,6 +25,7 @@ Examples:
   boxunion measure cubes.npy
   boxunion measure --json --device native - < boxes.csv
   boxunion boundary boxes.csv -o vertices.csv
+  boxunion boundary boxes.csv -o boxes.3mf
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64).
@@ -100,12 +101,18 @@ class CommandLine {
   }
 
   void add_boundary() {
-    CLI::App* sub = app_.add_subcommand("boundary", "The vertices of the union and the faces at each");
+    CLI::App* sub = app_.add_subcommand("boundary", "The boundary of the union: its vertices, or a mesh");
     add_input(sub);
-    add_output(sub);
+    add_output(sub, "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf");
+    sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons");
+    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
+                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
+                                           "Edges with four faces and vertices where corners touch: keep, or "
+                                           "split into copies, so that the mesh is a "
+                                           "manifold (default: split for .stl and .3mf, else keep)");
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::boundary(input_, output_, common_); });
+    sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
   }
 
   void add_generate() {
@@ -145,8 +152,8 @@ class CommandLine {
     sub->add_option("FILE", input_, "Boxes: .csv, .npy, or - for CSV on standard input")->required();
   }
 
-  void add_output(CLI::App* sub) {
-    sub->add_option("-o,--output", output_, "File to write: .csv or .npy")->required();
+  void add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
+    sub->add_option("-o,--output", output_, help)->required();
   }
 
   void add_threads(CLI::App* sub) {
@@ -208,6 +215,7 @@ class CommandLine {
 
   CLI::App app_;
   command::Common common_;
+  command::BoundaryOptions boundary_;
   std::string input_, output_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;

@@ -1,0 +1,37 @@
+#include "host/boundary.hpp"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "host/stopwatch.hpp"
+
+namespace boxunion {
+
+Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& options, Report* report) {
+  Report own;
+  Report& r = report ? *report : own;
+  const auto before =
+      std::find_if(r.seconds.begin(), r.seconds.end(), [](const auto& s) { return s.first == "total"; });
+  const double seconds_before = before == r.seconds.end() ? 0 : before->second;
+  if (before != r.seconds.end()) r.seconds.erase(before);
+
+  Boundary boundary;
+  Stopwatch watch(r);
+  const auto finish = [&](std::string_view stage) {
+    watch.lap(stage);
+    if (options.interrupted && *options.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+  };
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    boundary.brep = make_brep(solid, contacts, finish);
+    boundary.triangulation = triangulate(boundary.brep.points, boundary.brep.faces);
+    finish("triangles");
+  });
+  watch.total("total");
+  r.seconds.back().second += seconds_before;
+  return boundary;
+}
+
+}  // namespace boxunion
