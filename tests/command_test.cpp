@@ -120,7 +120,10 @@ TEST_F(Command, BadInputExitsWith3) {
 
 TEST_F(Command, OutputThatCannotBeWrittenExitsWith3BeforeAnythingElse) {
   folder_.write("file", "");
-  expect_error("boundary none.csv -o out.obj", 3, "out.obj: unknown extension .obj, expected .csv or .npy");
+  expect_error("boundary none.csv -o out.xyz", 3,
+               "out.xyz: unknown extension .xyz, expected .csv, .npy, .obj, .ply, .off, .stl or .3mf");
+  expect_error("generate sponge --level 1 -o out.obj", 3,
+               "out.obj: unknown extension .obj, expected .csv or .npy");
   expect_error("boundary none.csv -o none/out.csv", 3,
                "none/out.csv: cannot create the file: none does not exist");
   expect_error("boundary none.csv -o file/out.csv", 3,
@@ -281,6 +284,51 @@ TEST_F(Command, BoundaryWritesTheVertices) {
       "0,0,3.25,8,0,1,0,1,1,0\n1,0,3.25,4,1,0,0,1,1,0\n0,2,3.25,2,0,1,1,0,1,0\n1,2,3.25,1,1,0,1,0,1,0\n");
   EXPECT_EQ(run("boundary a.csv -o v.npy").status, 0);
   EXPECT_EQ(folder_.read("v.npy").size(), 192u + 8 * 31);
+}
+
+TEST_F(Command, BoundaryPrintsTheKeysOfTheContract) {
+  // Two pairs of cubes, one touching along an edge, one at a vertex.
+  folder_.write("a.csv", "0,0,0,1,1,1\n1,1,0,2,2,1\n5,0,0,6,1,1\n6,1,1,7,2,2\n");
+  const auto counts = [&](const std::string& arguments) {
+    nlohmann::json result = json("boundary a.csv --json " + arguments);
+    for (const char* key : {"method", "kernel", "device", "seconds", "output"})
+      EXPECT_EQ(result.erase(key), 1u);
+    return result;
+  };
+  const nlohmann::json expected = {{"vertices", 29}, {"edges", 47}, {"nonmanifold_edges", 1},
+                                   {"faces", 24},    {"holes", 0},  {"shells", 4},
+                                   {"cavities", 0},  {"bodies", 4}, {"triangles", 48}};
+  for (const char* file : {"v.csv", "v.npy", "m.obj", "m.ply", "m.off", "m.stl"})
+    for (const char* contacts : {"", " --nonmanifold keep", " --nonmanifold split"})
+      EXPECT_EQ(counts("-o "s + file + contacts), expected) << file << contacts;
+  EXPECT_NE(run("boundary a.csv -o m.ply").out.find("\nnonmanifold edges  1\n"), std::string::npos);
+
+  const auto points = [&](const std::string& arguments) {
+    EXPECT_EQ(run("boundary a.csv -o m.off " + arguments).status, 0);
+    return folder_.read("m.off").substr(0, 12);
+  };
+  EXPECT_EQ(points(""), "OFF\n29 48 0\n");
+  EXPECT_EQ(points("--nonmanifold split"), "OFF\n32 48 0\n");
+  run("boundary a.csv -o polygons.obj");
+  run("boundary a.csv -o triangles.obj --triangles");
+  EXPECT_LT(folder_.read("polygons.obj").size(), folder_.read("triangles.obj").size());
+}
+
+TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsWhereItRounds) {
+  folder_.write("a.csv", "0,0,0,0.1,1,1\n");
+  const Outcome r = run("boundary a.csv -o a.stl");
+  EXPECT_EQ(r.status, 0);
+  EXPECT_EQ(
+      r.err,
+      "boxunion: warning: a.stl: coordinates were rounded to floats, the only numbers of this format\n");
+  EXPECT_EQ(folder_.read("a.stl").size(), 84u + 50 * 12);
+  folder_.write("b.csv", "0,0,0,1e39,1,1\n");
+  expect_error("boundary b.csv -o b.stl", 3, "b.stl: no float holds the coordinate 1e+39");
+  expect_error("boundary a.csv -o a.ply --nonmanifold drop", 2, "--nonmanifold: drop not in {keep,split}");
+  EXPECT_EQ(folder_.file_count(), 3u);
+  if (run("boundary a.csv -o a.3mf").err.find("without lib3mf") != std::string::npos)
+    GTEST_SKIP() << "built without lib3mf";
+  EXPECT_TRUE(folder_.read("a.3mf").starts_with("PK"));
 }
 
 TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
