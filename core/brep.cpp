@@ -87,12 +87,12 @@ class PlaneFaces {
   void add(int axis, std::span<const std::uint32_t> plane, FacePart& part) {
     axis_ = axis;
     plane_ = plane;
-    columns_.assign(*solid_, axis, plane);
+    vertices_.assign(*solid_, axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
       links_.corners.clear();
       sweep_.run(
-          plane.size(), columns_.count(), [&](std::size_t i) { return columns_[i]; },
-          [&](std::size_t i) { return kFaceQuadrants[vertex(i).mask][axis][side]; }, links_);
+          vertices_.size(), vertices_.columns(), [&](std::size_t i) { return vertices_.column(i); },
+          [&](std::size_t i) { return vertices_.quadrants(i, side); }, links_);
       find_loops();
       for (std::size_t i = 0; i < loops_.size(); ++i) {
         write_loop(loops_[i].first, side, part);
@@ -108,8 +108,6 @@ class PlaneFaces {
     std::uint32_t first;  // corner
     std::uint32_t face;
   };
-
-  const Vertex& vertex(std::size_t i) const { return solid_->vertices[plane_[i]]; }
 
   /// Finds the loops and sorts them by face. A loop's lowest corner tells what it is: of an outer loop it is
   /// the start of an interval, of a hole it splits one, whose left end then lies on a loop of the same face
@@ -165,7 +163,7 @@ class PlaneFaces {
   const Points* points_;
   int axis_ = 0;
   std::span<const std::uint32_t> plane_;
-  ColumnRanks columns_;
+  PlaneVertices vertices_;
   FaceSweep<CornerLinks::Interval> sweep_;
   CornerLinks links_;
   std::vector<Loop> loops_;

@@ -1,5 +1,6 @@
 #include "core/planes.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/error.hpp"
@@ -14,9 +15,8 @@ constexpr std::size_t kGrain = 1 << 15;  // vertices
 /// An ordinal above the index of a vertex.
 using Keyed = std::uint64_t;
 
-std::uint32_t ordinal_of(Keyed k) {
-  return static_cast<std::uint32_t>(k >> 32);
-}
+/// A function object, so that sorting inlines it.
+constexpr auto ordinal_of = [](Keyed k) { return static_cast<std::uint32_t>(k >> 32); };
 
 PlaneOrder plane_order(std::span<const Keyed> sorted) {
   PlaneOrder order;
@@ -60,19 +60,34 @@ Planes make_planes(const Solid& solid) {
   return planes;
 }
 
-void ColumnRanks::assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane) {
-  sorted_.resize(plane.size());
-  scratch_.resize(plane.size());
-  ranks_.resize(plane.size());
-  for (std::size_t i = 0; i < plane.size(); ++i)
-    sorted_[i] = Keyed{ordinal(solid.vertices[plane[i]], (axis + 1) % 3)} << 32 | i;
+void PlaneVertices::assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane) {
+  axis_ = axis;
+  columns_.resize(plane.size());
+  masks_.resize(plane.size());
+  std::uint32_t lowest = Axis::kOrdinalMax, highest = 0;
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    const Vertex& v = solid.vertices[plane[i]];
+    masks_[i] = static_cast<std::uint8_t>(v.mask);
+    columns_[i] = ordinal(v, (axis + 1) % 3);
+    lowest = std::min(lowest, columns_[i]);
+    highest = std::max(highest, columns_[i]);
+  }
+  if (highest - lowest >= kFew) return rank_columns();
+  for (std::uint32_t& column : columns_) column -= lowest;
+  column_count_ = highest - lowest + 1;
+}
+
+void PlaneVertices::rank_columns() {
+  sorted_.resize(columns_.size());
+  scratch_.resize(columns_.size());
+  for (std::size_t i = 0; i < columns_.size(); ++i) sorted_[i] = Keyed{columns_[i]} << 32 | i;
   radix_sort(std::span(sorted_), std::span(scratch_), ordinal_of);
   std::uint32_t rank = 0;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
     rank += i > 0 && ordinal_of(sorted_[i]) != ordinal_of(sorted_[i - 1]);
-    ranks_[static_cast<std::uint32_t>(sorted_[i])] = rank;
+    columns_[static_cast<std::uint32_t>(sorted_[i])] = rank;
   }
-  count_ = rank + 1;
+  column_count_ = rank + 1;
 }
 
 }  // namespace boxunion

@@ -57,19 +57,31 @@ inline constexpr auto kFaceQuadrants = [] {
   return quadrants;
 }();
 
-/// The columns of one plane at a time, by rank.
-class ColumnRanks {
+/// What a sweep of one plane needs to know of its vertices, by their positions in the plane.
+class PlaneVertices {
  public:
-  /// Ranks the columns of a plane normal to `axis`.
+  /// Takes the vertices of a plane normal to `axis`.
   void assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane);
-  std::uint32_t count() const { return count_; }
-  /// Of the vertex at a position of the plane.
-  std::uint32_t operator[](std::size_t i) const { return ranks_[i]; }
+
+  std::size_t size() const { return columns_.size(); }
+  /// Small numbers, less than columns(), in the same order as the vertices' columns.
+  std::uint32_t column(std::size_t i) const { return columns_[i]; }
+  std::uint32_t columns() const { return column_count_; }
+  /// The quadrants that faces fill, by direction (0: towards the axis' positive side, 1: negative).
+  std::uint8_t quadrants(std::size_t i, unsigned side) const {
+    return kFaceQuadrants[masks_[i]][axis_][side];
+  }
 
  private:
+  static constexpr std::uint32_t kFew = 1 << 16;  // what is indexed by so many columns fits a core's cache
+
+  void rank_columns();
+
+  int axis_ = 0;
+  std::vector<std::uint32_t> columns_;
+  std::vector<std::uint8_t> masks_;
+  std::uint32_t column_count_ = 0;
   std::vector<std::uint64_t> sorted_, scratch_;
-  std::vector<std::uint32_t> ranks_;
-  std::uint32_t count_ = 0;
 };
 
 /// Calls f(chunk, axis, lower, upper) for every edge, with the indices of the vertices at its lower and upper

@@ -110,8 +110,8 @@ std::vector<Point> Points::positions() const {
     const double lower = position(m.lower)[m.axis], upper = position(m.upper)[m.axis];
     const double middle = std::midpoint(lower, upper);
     if (middle <= lower || upper <= middle)
-      throw Error(ErrorKind::input,
-                  "cannot split an edge from " + std::to_string(lower) + " to the next double: no double lies between");
+      throw Error(ErrorKind::input, "cannot split an edge from " + std::to_string(lower) +
+                                        " to the next double: no double lies between");
     positions[vertices.size() + i] = position(m.lower);
     positions[vertices.size() + i][m.axis] = middle;
   }

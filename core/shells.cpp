@@ -165,18 +165,17 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
     painters.push_back(fan);
     painted.paint(wall, static_cast<std::uint32_t>(painters.size()));
   };
-  ColumnRanks columns;
+  PlaneVertices swept;
   FaceSweep<Walls<decltype(paint)>::Interval> sweep;
   auto next = by_x.begin();
   for (std::size_t p = 0; p < planes.planes(); ++p) {
     const std::span<const std::uint32_t> plane = planes.plane(p);
     for (; next != by_x.end() && x_of(*next) <= solid.vertices[plane[0]].x; ++next)
       found[*next] = painters[painted.last(*next) - 1];
-    columns.assign(solid, 0, plane);
+    swept.assign(solid, 0, plane);
     sweep.run(
-        plane.size(), columns.count(), [&](std::size_t i) { return columns[i]; },
-        [&](std::size_t i) { return kFaceQuadrants[solid.vertices[plane[i]].mask][0][1]; },
-        Walls(solid, fans, plane, paint));
+        swept.size(), swept.columns(), [&](std::size_t i) { return swept.column(i); },
+        [&](std::size_t i) { return swept.quadrants(i, 1); }, Walls(solid, fans, plane, paint));
   }
   return found;
 }

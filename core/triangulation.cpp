@@ -21,21 +21,24 @@ struct Corner {
   std::uint8_t quadrants;  // which the face fills
 };
 
-/// The quadrants to the left of a loop that comes to a point from one point and goes on to another.
-std::uint8_t quadrants_left_of(const std::array<double, 2>& from, const std::array<double, 2>& at,
-                               const std::array<double, 2>& to) {
-  // right, up, left, down
-  const auto direction = [](const auto& p, const auto& q) {
-    return p[1] == q[1] ? (p[0] < q[0] ? 0u : 2u) : (p[1] < q[1] ? 1u : 3u);
-  };
-  constexpr std::array<Quadrant, 4> counter_clockwise = {right_above, left_above, left_below, right_below};
-  const unsigned last = (direction(from, at) + 1) % 4;
-  unsigned mask = 0;
-  for (unsigned k = direction(at, to);; k = (k + 1) % 4) {
-    mask |= 1u << counter_clockwise[k];
-    if (k == last) return static_cast<std::uint8_t>(mask);
-  }
+/// The direction of an edge: 0 right, 1 up, 2 left, 3 down.
+unsigned direction(const std::array<double, 2>& from, const std::array<double, 2>& to) {
+  const unsigned vertical = from[0] == to[0];
+  return 2 * unsigned(from[vertical] > to[vertical]) + vertical;
 }
+
+/// The quadrants to the left of a loop, by the directions in which it comes to a point and leaves it.
+constexpr auto kQuadrantsLeft = [] {
+  constexpr std::array<Quadrant, 4> counter_clockwise = {right_above, left_above, left_below, right_below};
+  std::array<std::array<std::uint8_t, 4>, 4> quadrants{};
+  for (unsigned in = 0; in < 4; ++in)
+    for (unsigned out = 0; out < 4; ++out)
+      for (unsigned k = out;; k = (k + 1) % 4) {
+        quadrants[in][out] = std::uint8_t(quadrants[in][out] | 1u << counter_clockwise[k]);
+        if (k == (in + 1) % 4) break;
+      }
+  return quadrants;
+}();
 
 /// Triangulates the faces of a sweep as it goes (Hertel and Mehlhorn, Fast triangulation of simple polygons,
 /// 1983).
@@ -49,9 +52,13 @@ class Chains {
     std::uint32_t left, right, last;  // nodes
   };
 
-  /// Writes triangles of the corners' points to `out`; `mirrored` ones have the opposite orientation.
-  Chains(std::span<const Corner> corners, bool mirrored, Triangle* out)
-      : corners_(corners), mirrored_(mirrored), out_(out) {}
+  /// From now on triangles of the corners' points go to `out`; `mirrored` ones have the opposite orientation.
+  void reset(std::span<const Corner> corners, bool mirrored, Triangle* out) {
+    corners_ = corners;
+    mirrored_ = mirrored;
+    out_ = out;
+    nodes_.clear();
+  }
 
   Interval start(std::size_t i) {
     const std::uint32_t n = add(i);
@@ -110,8 +117,8 @@ class Chains {
   const Corner& corner(std::uint32_t node) const { return corners_[nodes_[node].corner]; }
 
   std::span<const Corner> corners_;
-  bool mirrored_;
-  Triangle* out_;
+  bool mirrored_ = false;
+  Triangle* out_ = nullptr;
   std::vector<Node> nodes_;
 };
 
@@ -138,23 +145,27 @@ class FaceTriangulator {
       if (a.column != b.column) return a.column < b.column;
       return a.quadrants < b.quadrants;  // an end before a start
     });
+    chains_.reset(corners_, mirrored, out);
     sweep_.run(
         corners_.size(), columns, [&](std::size_t i) { return corners_[i].column; },
-        [&](std::size_t i) { return corners_[i].quadrants; }, Chains(corners_, mirrored, out));
+        [&](std::size_t i) { return corners_[i].quadrants; }, chains_);
   }
 
  private:
   void add_loop(std::uint32_t l, unsigned axis, bool mirrored) {
     const auto loop = faces_->loop(l);
-    const auto at = [&](std::uint32_t point) {
-      return std::array{points_[point][(axis + 1) % 3], points_[point][(axis + 2) % 3]};
+    const auto at = [&](std::size_t i) {
+      const Point& p = points_[loop[mirrored ? loop.size() - 1 - i : i]];
+      return std::array{p[(axis + 1) % 3], p[(axis + 2) % 3]};
     };
+    std::array here = at(0);
+    unsigned in = direction(at(loop.size() - 1), here);
     for (std::size_t i = 0; i < loop.size(); ++i) {
-      std::array before = at(loop[i == 0 ? loop.size() - 1 : i - 1]);
-      std::array after = at(loop[i + 1 == loop.size() ? 0 : i + 1]);
-      if (mirrored) std::swap(before, after);
-      const std::array here = at(loop[i]);
-      corners_.push_back({here, loop[i], 0, quadrants_left_of(before, here, after)});
+      const std::array next = at(i + 1 < loop.size() ? i + 1 : 0);
+      const unsigned out = direction(here, next);
+      corners_.push_back({here, loop[mirrored ? loop.size() - 1 - i : i], 0, kQuadrantsLeft[in][out]});
+      here = next;
+      in = out;
     }
   }
 
@@ -175,6 +186,7 @@ class FaceTriangulator {
   std::vector<Corner> corners_;
   std::vector<double> columns_;
   FaceSweep<Chains::Interval> sweep_;
+  Chains chains_;
 };
 
 }  // namespace

@@ -184,8 +184,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
     return exact;
   });
   bar.clear();
-  if (!exact)
-    warn(fmt::format("{}: coordinates were rounded to floats, the only numbers of this format", output));
+  if (!exact) warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output));
 
   results.push_back(string_result("output", output));
   add_report(results, report);

@@ -1,6 +1,7 @@
 #include <Model/COM/NMR_DLLInterfaces.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -38,6 +39,11 @@ Handle<T> created(NMR::PLib3MFBase* parent, Create create) {
   return Handle<T>(object);
 }
 
+/// lib3mf 1 writes floats as whole millionths, which it computes in floats: are these what they should be?
+bool is_whole(float millionths, double expected) {
+  return double(millionths) == expected && std::trunc(expected) == expected;
+}
+
 /// A file in memory, for lib3mf seeks in what it writes.
 struct Buffer {
   std::string bytes;
@@ -64,11 +70,15 @@ struct Buffer {
 
 bool write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles) {
   FloatRounding round(file.path());
+  bool exact = true;
   std::vector<NMR::MODELMESHVERTEX> vertices =
       with_memory("the points of the 3MF file", points.size() * sizeof(NMR::MODELMESHVERTEX),
                   [&] { return std::vector<NMR::MODELMESHVERTEX>(points.size()); });
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t a = 0; a < 3; ++a) vertices[i].m_fPosition[a] = round(points[i][a]);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float position = vertices[i].m_fPosition[a] = round(points[i][a]);
+      exact &= is_whole(position * 1e6f, double(position) * 1e6);
+    }
   std::vector<NMR::MODELMESHTRIANGLE> indices =
       with_memory("the triangles of the 3MF file", triangles.size() * sizeof(NMR::MODELMESHTRIANGLE),
                   [&] { return std::vector<NMR::MODELMESHTRIANGLE>(triangles.size()); });
@@ -94,7 +104,7 @@ bool write(OutputFile& file, std::span<const Point> points, std::span<const Tria
                                            reinterpret_cast<void*>(&Buffer::seek), &buffer),
         writer.get());
   file.write(buffer.bytes);
-  return round.exact();
+  return exact && round.exact();
 }
 
 }  // namespace boxunion::threemf
