@@ -227,9 +227,13 @@ Faces find_faces(const Solid& solid, const Planes& planes, const Points& points)
   PerThread<PlaneFaces> finders(PlaneFaces(solid, points));
   parallel_ranges(0, chunks.size(), 1, [&](std::size_t first, std::size_t last) {
     PlaneFaces& finder = finders.local();
-    for (std::size_t i = first; i < last; ++i)
+    for (std::size_t i = first; i < last; ++i) {
+      const PlaneOrder& order = planes[chunks[i].axis];
+      // Most vertices are a corner of one face an axis.
+      parts[i].loop_points.reserve((order.first[chunks[i].end] - order.first[chunks[i].begin]) * 5 / 4);
       for (std::size_t p = chunks[i].begin; p < chunks[i].end; ++p)
-        finder.add(chunks[i].axis, planes[chunks[i].axis].plane(p), parts[i]);
+        finder.add(chunks[i].axis, order.plane(p), parts[i]);
+    }
   });
   return joined(parts);
 }

@@ -12,8 +12,8 @@ namespace boxunion {
 /// A facet (octant, axis) is the quarter plane between a filled octant and its empty neighbour along the
 /// axis; the face it lies in looks away from the filled one. Two facets that meet at an edge belong together
 /// if the same filled sector lies between them (so at a non-manifold edge, with two filled sectors, there are
-/// two pairs). Facets that hang together that way are a *fan*: a vertex of a manifold has one, a non-manifold
-/// vertex up to four.
+/// two pairs). Facets that hang together that way form a ring, a *fan*: a vertex of a manifold has one, a
+/// non-manifold vertex up to four.
 struct MaskFans {
   static constexpr std::uint8_t kNone = 0xff;
 
@@ -44,34 +44,24 @@ constexpr unsigned facet_beyond(unsigned mask, unsigned octant, unsigned axis, u
 }
 
 constexpr MaskFans mask_fans(unsigned mask) {
-  std::array<unsigned, 24> lowest{};  // facet of the same fan found so far
-  for (unsigned facet = 0; facet < 24; ++facet) lowest[facet] = facet;
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (unsigned facet = 0; facet < 24; ++facet)
-      for (unsigned edge_axis = 0; edge_axis < 3; ++edge_axis) {
-        const unsigned octant = facet / 3, axis = facet % 3;
-        if (edge_axis == axis || !is_facet(mask, octant, axis)) continue;
-        unsigned& a = lowest[facet];
-        unsigned& b = lowest[facet_beyond(mask, octant, axis, edge_axis)];
-        if (a == b) continue;
-        a = b = a < b ? a : b;
-        changed = true;
-      }
-  }
-
   MaskFans fans;
-  for (unsigned facet = 0; facet < 24; ++facet) {
-    std::uint8_t& fan = fans.of[facet / 3][facet % 3];
-    fan = MaskFans::kNone;
-    if (!is_facet(mask, facet / 3, facet % 3)) continue;
-    fan = lowest[facet] == facet ? fans.count++ : fans.of[lowest[facet] / 3][lowest[facet] % 3];
+  for (auto& octant : fans.of) octant = {MaskFans::kNone, MaskFans::kNone, MaskFans::kNone};
+  for (unsigned start = 0; start < 24; ++start) {
+    if (!is_facet(mask, start / 3, start % 3) || fans.of[start / 3][start % 3] != MaskFans::kNone) continue;
+    // A facet has two edges: cross the one, then the other one of the next facet, until the ring is closed.
+    unsigned facet = start, edge_axis = (start + 1) % 3;
+    do {
+      fans.of[facet / 3][facet % 3] = fans.count;
+      facet = facet_beyond(mask, facet / 3, facet % 3, edge_axis);
+      edge_axis = 3 - facet % 3 - edge_axis;
+    } while (facet != start);
+    ++fans.count;
   }
   for (unsigned direction = 0; direction < 6; ++direction) {
     const unsigned edge_axis = direction / 2, u = (edge_axis + 1) % 3, v = (edge_axis + 2) % 3;
     auto& sectors = fans.at_edge[direction];
     sectors = {MaskFans::kNone, MaskFans::kNone};
-    const int edge = octant_properties(mask).edges[direction];
+    const int edge = kOctants[mask].edges[direction];
     for (unsigned k = 0; k < 4 && edge != 0; ++k) {
       const unsigned octant = (direction & 1u ? 0u : 1u) << edge_axis | (k & 1u) << u | k >> 1 << v;
       const unsigned axis = is_facet(mask, octant, u) ? u : v;

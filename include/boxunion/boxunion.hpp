@@ -1,16 +1,19 @@
 #pragma once
 
-/// Everything that boxunion offers to programs: boxes from memory, files or generators, their union and its
-/// mass properties on any device, and files of vertices.
+/// Everything that boxunion offers to programs: boxes from memory, files or generators, their union, its mass
+/// properties and its boundary on any device, and files of vertices and meshes.
 
 #include "core/axis.hpp"
 #include "core/box.hpp"
+#include "core/brep.hpp"
 #include "core/error.hpp"
 #include "core/generate.hpp"
 #include "core/mass.hpp"
 #include "core/octants.hpp"
 #include "core/solid.hpp"
+#include "core/triangulation.hpp"
 #include "core/vertex.hpp"
+#include "host/boundary.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"

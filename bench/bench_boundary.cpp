@@ -1,0 +1,105 @@
+// Times the way from boxes in memory to a B-rep and to a watertight triangle mesh, natively, over the peers'
+// input: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
+// Prints medians in milliseconds.
+//
+//   bench_boundary [RUNS [COUNT...]]    default: 5 runs of 1000, 10000 and 100000 cubes
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/brep.hpp"
+#include "core/triangulation.hpp"
+#include "host/engine.hpp"
+
+namespace {
+
+using namespace boxunion;
+
+constexpr int kUniverse = 32768;
+const Options kOptions{.device = "native"};
+
+/// Cubes of which the volumes add up to `volumes` universes.
+BoxSet cubes(std::size_t count, double volumes) {
+  const int edge = int(std::lround(kUniverse * std::cbrt(volumes / double(count))));
+  std::mt19937_64 random(12345);
+  std::vector<IntegerBox> boxes(count);
+  for (IntegerBox& box : boxes)
+    for (unsigned a = 0; a < 3; ++a) {
+      box[a] = int(random() & (kUniverse - 1));
+      box[a + 3] = box[a] + edge;
+    }
+  return boxes;
+}
+
+/// Is every edge of the triangles matched by its opposite, and their volume that of the boxes?
+bool is_right(const Mesh& mesh, const MassProperties& mass) {
+  std::vector<std::uint64_t> sides;
+  long double six_volumes = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Point &p = mesh.points[t[0]], &q = mesh.points[t[1]], &r = mesh.points[t[2]];
+    six_volumes += static_cast<long double>(p[0]) * (q[1] * r[2] - q[2] * r[1]) +
+                   p[1] * (q[2] * r[0] - q[0] * r[2]) + p[2] * (q[0] * r[1] - q[1] * r[0]);
+    for (unsigned i = 0; i < 3; ++i) sides.push_back(std::uint64_t{t[i]} << 32 | t[(i + 1) % 3]);
+  }
+  std::vector<std::uint64_t> opposite(sides.size());
+  std::transform(sides.begin(), sides.end(), opposite.begin(),
+                 [](std::uint64_t s) { return s << 32 | s >> 32; });
+  std::sort(sides.begin(), sides.end());
+  std::sort(opposite.begin(), opposite.end());
+  return sides == opposite && std::abs(double(six_volumes) / 6 - mass.volume) <= 1e-12 * mass.volume;
+}
+
+template <class F>
+double median_milliseconds(int runs, F&& run) {
+  std::vector<double> all;
+  for (int i = 0; i < runs; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    all.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::sort(all.begin(), all.end());
+  return all[all.size() / 2];
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int runs = argc > 1 ? std::atoi(argv[1]) : 5;
+  std::vector<std::size_t> counts;
+  for (int i = 2; i < argc; ++i) counts.push_back(std::strtoul(argv[i], nullptr, 10));
+  if (counts.empty()) counts = {1000, 10'000, 100'000};
+
+  fmt::print("{:>8} {:>8} {:>9} {:>8} {:>10} | {:>8} {:>8} {:>10} {:>10} ms\n", "cubes", "volumes",
+             "vertices", "faces", "triangles", "union", "B-rep", "mesh", "split mesh");
+  for (const std::size_t count : counts)
+    for (const double volumes : {0.015, 0.5, 3.0}) {
+      const BoxSet boxes = cubes(count, volumes);
+      const Solid solid = unite(boxes, kOptions);
+      const MassProperties mass = measure(boxes, kOptions);
+      const Brep brep = make_brep(solid, NonManifold::keep);
+      const Mesh mesh = make_mesh(solid, NonManifold::keep);
+      if (!is_right(mesh, mass) || !is_right(make_mesh(solid, NonManifold::split), mass)) {
+        fmt::print("{} cubes of volume {}: wrong mesh\n", count, volumes);
+        return 1;
+      }
+      const double union_time = median_milliseconds(runs, [&] { unite(boxes, kOptions); });
+      const double brep_time =
+          median_milliseconds(runs, [&] { make_brep(unite(boxes, kOptions), NonManifold::keep); });
+      const double mesh_time =
+          median_milliseconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::keep); });
+      const double split_time =
+          median_milliseconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::split); });
+      fmt::print("{:8} {:8} {:9} {:8} {:10} | {:8.2f} {:8.2f} {:10.2f} {:10.2f}\n", count, volumes,
+                 solid.vertices.size(), brep.faces.size(), mesh.triangles.size(), union_time, brep_time,
+                 mesh_time, split_time);
+    }
+  return 0;
+}
