@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -112,6 +113,18 @@ std::vector<Result> solid_results(const Solid& solid) {
           count_result("nonmanifold_edges", nonmanifold)};
 }
 
+/// How many of everything else its boundary has.
+std::vector<Result> boundary_results(const Boundary& boundary) {
+  const Faces& faces = boundary.brep.faces;
+  const Shells& shells = boundary.brep.shells;
+  return {count_result("faces", faces.size()),
+          count_result("holes", faces.holes()),
+          count_result("shells", shells.size()),
+          count_result("cavities", shells.cavities()),
+          count_result("bodies", shells.bodies),
+          count_result("triangles", boundary.triangulation.triangles.size())};
+}
+
 }  // namespace
 
 void measure(const std::string& input, const Common& common) {
@@ -165,23 +178,15 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   const bool exact = with_threads(common, [&] {
     const Solid solid = unite(read_boxes(input, common.interrupted), options, &report);
     results = solid_results(solid);
-    bool exact = true;
+    std::optional<Boundary> boundary;
     if (common.json || is_mesh(format)) {
-      const Boundary boundary = find_boundary(solid, contacts, options, &report);
-      const Faces& faces = boundary.brep.faces;
-      const Shells& shells = boundary.brep.shells;
-      for (const Result& result :
-           {count_result("faces", faces.size()), count_result("holes", faces.holes()),
-            count_result("shells", shells.size()), count_result("cavities", shells.cavities()),
-            count_result("bodies", shells.bodies),
-            count_result("triangles", boundary.triangulation.triangles.size())})
-        results.push_back(result);
-      if (is_mesh(format))
-        exact =
-            write_mesh(boundary.brep, boundary.triangulation, boundary_options.triangles, std::move(file));
+      boundary = find_boundary(solid, contacts, options, &report);
+      for (const Result& result : boundary_results(*boundary)) results.push_back(result);
     }
-    if (!is_mesh(format)) write_vertices(solid, std::move(file));
-    return exact;
+    if (is_mesh(format))
+      return write_mesh(boundary->brep, boundary->triangulation, boundary_options.triangles, std::move(file));
+    write_vertices(solid, std::move(file));
+    return true;
   });
   bar.clear();
   if (!exact) warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output));
