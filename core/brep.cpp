@@ -193,6 +193,7 @@ Faces joined(const std::vector<FacePart>& parts) {
     faces.first_loop.resize(all.faces + 1);
     faces.direction.resize(all.faces);
   });
+  faces.first_point[0] = faces.first_loop[0] = 0;
   parallel_ranges(0, parts.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t p = first; p < last; ++p) {
       const FacePart& part = parts[p];
@@ -238,7 +239,7 @@ Faces find_faces(const Solid& solid, const Planes& planes, const Points& points)
   return joined(parts);
 }
 
-std::vector<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points) {
+Array<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points) {
   std::array<std::vector<Edge>, 3 * kEdgeChunks> parts;
   const bool split = points.contacts() == NonManifold::split;
   for_each_edge(solid, planes, kEdgeChunks,
@@ -257,11 +258,15 @@ std::vector<Edge> find_edges(const Solid& solid, const Planes& planes, const Poi
                     }
                   }
                 });
-  std::size_t count = 0;
-  for (const auto& part : parts) count += part.size();
-  std::vector<Edge> edges;
-  with_memory("the edges of the boundary", count * sizeof(Edge), [&] { edges.reserve(count); });
-  for (const auto& part : parts) edges.insert(edges.end(), part.begin(), part.end());
+  std::array<std::size_t, 3 * kEdgeChunks + 1> before{};
+  for (std::size_t p = 0; p < parts.size(); ++p) before[p + 1] = before[p] + parts[p].size();
+  Array<Edge> edges;
+  with_memory("the edges of the boundary", before.back() * sizeof(Edge),
+              [&] { edges.resize(before.back()); });
+  parallel_ranges(0, parts.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t p = first; p < last; ++p)
+      std::copy(parts[p].begin(), parts[p].end(), edges.begin() + std::ptrdiff_t(before[p]));
+  });
   return edges;
 }
 

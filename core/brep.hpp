@@ -6,8 +6,8 @@
 #include <functional>
 #include <span>
 #include <string_view>
-#include <vector>
 
+#include "core/memory.hpp"
 #include "core/planes.hpp"
 #include "core/points.hpp"
 #include "core/shells.hpp"
@@ -23,11 +23,11 @@ namespace boxunion {
 /// boundary is on its loop, collinear or not, and at two diagonal quadrants it stays with its own, so it may
 /// visit a point twice. Faces come by axis, plane and direction.
 struct Faces {
-  std::vector<std::uint32_t> loop_points;  ///< of one loop after the other
-  std::vector<std::uint32_t> first_point;  ///< loop l has loop_points [first_point[l], first_point[l + 1])
+  Array<std::uint32_t> loop_points;        ///< of one loop after the other
+  Array<std::uint32_t> first_point = {0};  ///< loop l has loop_points [first_point[l], first_point[l + 1])
   std::vector<std::uint32_t>
       first_loop;  ///< face f has loops [first_loop[f], first_loop[f + 1]), the outer one first
-  std::vector<std::uint8_t> direction;  ///< of each face: 0 .. 5 for +x, -x, +y, -y, +z, -z
+  Array<std::uint8_t> direction;  ///< of each face: 0 .. 5 for +x, -x, +y, -y, +z, -z
 
   std::size_t size() const { return direction.size(); }
   std::size_t loops() const { return first_point.size() - 1; }
@@ -46,8 +46,8 @@ using Edge = std::array<std::uint32_t, 2>;
 /// numbers.
 struct Brep {
   NonManifold contacts = NonManifold::keep;
-  std::vector<Point> points;
-  std::vector<Edge> edges;  ///< maximal segments between neighbouring points, by axis
+  Array<Point> points;
+  Array<Edge> edges;  ///< maximal segments between neighbouring points, by axis
   Faces faces;
   Shells shells;
 };
@@ -58,7 +58,7 @@ Faces find_faces(const Solid& solid, const Planes& planes, const Points& points)
 
 /// The edges of a solid; a non-manifold edge comes once if contacts are kept, for each filled sector if
 /// split.
-std::vector<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points);
+Array<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points);
 
 /// All of it. Calls finish(stage) on this thread after each stage, for clocks, and to throw where the caller
 /// wants to stop.

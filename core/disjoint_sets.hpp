@@ -3,9 +3,10 @@
 #include <atomic>
 #include <cstdint>
 #include <numeric>
-#include <vector>
+#include <utility>
 
 #include "core/memory.hpp"
+#include "core/parallel.hpp"
 
 namespace boxunion {
 
@@ -16,7 +17,10 @@ class DisjointSets {
  public:
   explicit DisjointSets(std::uint32_t size) {
     with_memory("joining faces", size * sizeof(std::uint32_t), [&] { parents_.resize(size); });
-    std::iota(parents_.begin(), parents_.end(), 0u);
+    parallel_ranges(0, size, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+      std::iota(parents_.begin() + std::ptrdiff_t(begin), parents_.begin() + std::ptrdiff_t(end),
+                std::uint32_t(begin));
+    });
   }
 
   /// The lowest element of an element's set. Thread-safe.
@@ -46,7 +50,7 @@ class DisjointSets {
  private:
   std::atomic_ref<std::uint32_t> at(std::uint32_t i) { return std::atomic_ref(parents_[i]); }
 
-  std::vector<std::uint32_t> parents_;
+  Array<std::uint32_t> parents_;
 };
 
 }  // namespace boxunion

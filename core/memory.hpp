@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -27,5 +30,27 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
     throw_out_of_memory(what, bytes);
   }
 }
+
+/// std::allocator, but new elements keep whatever their memory holds.
+template <class T>
+struct UninitializedAllocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UninitializedAllocator<U>;
+  };
+  template <class U>
+  void construct(U* place) {
+    ::new (static_cast<void*>(place)) U;
+  }
+  template <class U, class... Arguments>
+  void construct(U* place, Arguments&&... arguments) {
+    ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+
+/// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
+/// thread.
+template <class T>
+using Array = std::vector<T, UninitializedAllocator<T>>;
 
 }  // namespace boxunion

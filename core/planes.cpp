@@ -38,8 +38,8 @@ Planes make_planes(const Solid& solid) {
   const std::size_t count = solid.vertices.size();
   if (count > std::numeric_limits<std::uint32_t>::max() - 1)
     throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 vertices");
-  std::vector<Keyed> keyed = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
-                                         [&] { return std::vector<Keyed>(count); });
+  Array<Keyed> keyed = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
+                                   [&] { return Array<Keyed>(count); });
   Scratch<Keyed> scratch(count);
   const auto key_by = [&](int axis) {
     parallel_ranges(0, count, kGrain, [&](std::size_t begin, std::size_t end) {

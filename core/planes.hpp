@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/memory.hpp"
 #include "core/octants.hpp"
 #include "core/parallel.hpp"
 #include "core/solid.hpp"
@@ -15,8 +16,8 @@ namespace boxunion {
 /// The vertices of a solid, plane by plane along one axis. In a plane, columns run along the axis after it
 /// and rows along the one after that, so that columns, rows and the axis are right-handed.
 struct PlaneOrder {
-  std::vector<std::uint32_t> vertices;  ///< indices into Solid::vertices, by plane, then row, then column
-  std::vector<std::uint32_t> first;     ///< plane p holds vertices [first[p], first[p + 1])
+  Array<std::uint32_t> vertices;     ///< indices into Solid::vertices, by plane, then row, then column
+  std::vector<std::uint32_t> first;  ///< plane p holds vertices [first[p], first[p + 1])
 
   std::size_t planes() const { return first.size() - 1; }
   std::span<const std::uint32_t> plane(std::size_t p) const {
@@ -90,7 +91,7 @@ template <class F>
 void for_each_edge(const Solid& solid, const Planes& planes, std::size_t chunks, F&& f) {
   for (int axis = 0; axis < 3; ++axis) {
     const int plane_axis = (axis + 2) % 3;
-    const std::vector<std::uint32_t>& line = planes[plane_axis].vertices;
+    const Array<std::uint32_t>& line = planes[plane_axis].vertices;
     parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t chunk = first; chunk < last; ++chunk) {
         const std::size_t end = line.size() * (chunk + 1) / chunks;

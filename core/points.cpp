@@ -46,8 +46,9 @@ Fans::Fans(const Solid& solid) {
   count_ = static_cast<std::uint32_t>(sum);
 }
 
-std::vector<std::uint32_t> Fans::vertices() const {
-  std::vector<std::uint32_t> vertices(count_);
+Array<std::uint32_t> Fans::vertices() const {
+  Array<std::uint32_t> vertices = with_memory("numbering the vertices' fans", count_ * sizeof(std::uint32_t),
+                                              [&] { return Array<std::uint32_t>(count_); });
   parallel_ranges(0, first_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       std::fill(vertices.begin() + first_[i],
@@ -87,9 +88,9 @@ std::uint32_t Points::between(std::uint32_t lower, int axis, int sector) const {
   return fans_.count() + static_cast<std::uint32_t>(place - midpoints_.begin());
 }
 
-std::vector<Point> Points::positions() const {
-  std::vector<Point> positions = with_memory("the points of the boundary", size() * sizeof(Point),
-                                             [&] { return std::vector<Point>(size()); });
+Array<Point> Points::positions() const {
+  Array<Point> positions =
+      with_memory("the points of the boundary", size() * sizeof(Point), [&] { return Array<Point>(size()); });
   const Coordinates x(solid_->axes[0]), y(solid_->axes[1]), z(solid_->axes[2]);
   const auto position = [&](std::uint32_t vertex) {
     const Vertex& v = solid_->vertices[vertex];
@@ -101,7 +102,7 @@ std::vector<Point> Points::positions() const {
     });
     return positions;
   }
-  const std::vector<std::uint32_t> vertices = fans_.vertices();
+  const Array<std::uint32_t> vertices = fans_.vertices();
   parallel_ranges(0, vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) positions[i] = position(vertices[i]);
   });

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/fans.hpp"
+#include "core/memory.hpp"
 #include "core/planes.hpp"
 #include "core/solid.hpp"
 
@@ -37,7 +38,7 @@ class Fans {
     return first_[vertex] + kFans[solid.vertices[vertex].mask].at_edge[direction][sector];
   }
   /// The vertex of every fan.
-  std::vector<std::uint32_t> vertices() const;
+  Array<std::uint32_t> vertices() const;
 
  private:
   std::vector<std::uint32_t> first_;  // by vertex
@@ -70,7 +71,7 @@ class Points {
   std::uint32_t between(std::uint32_t lower, int axis, int sector) const;
   /// Where the points are: exact but for midpoints, which are rounded (onto an end if no double lies
   /// between).
-  std::vector<Point> positions() const;
+  Array<Point> positions() const;
 
  private:
   struct Midpoint {

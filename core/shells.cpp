@@ -210,7 +210,8 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
   // At a shell's lowest vertex its edges lead upwards only, so either the octant above is filled, or it is
   // empty and its three neighbours are filled: the shell encloses its body, or a cavity.
   Shells shells;
-  std::vector<std::uint32_t> shell_of(fans.count()), cavity_vertices, cavity_shells;
+  Array<std::uint32_t> shell_of(fans.count());  // of the lowest fan of each shell
+  std::vector<std::uint32_t> cavity_vertices, cavity_shells;
   std::uint32_t fan = 0;
   for (std::uint32_t vertex = 0; vertex < solid.vertices.size(); ++vertex) {
     const unsigned mask = solid.vertices[vertex].mask;

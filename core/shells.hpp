@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/memory.hpp"
 #include "core/planes.hpp"
 #include "core/points.hpp"
 #include "core/solid.hpp"
@@ -19,9 +20,9 @@ struct Faces;
 /// body encloses it; the others are its cavities. Shells are numbered by their lowest vertices, bodies by
 /// their outer shells'.
 struct Shells {
-  std::vector<std::uint32_t> of_face;  ///< the shell of every face
-  std::vector<std::uint32_t> body;     ///< of every shell
-  std::vector<std::uint8_t> cavity;    ///< is the shell a cavity?
+  Array<std::uint32_t> of_face;      ///< the shell of every face
+  std::vector<std::uint32_t> body;   ///< of every shell
+  std::vector<std::uint8_t> cavity;  ///< is the shell a cavity?
   std::size_t bodies = 0;
 
   std::size_t size() const { return body.size(); }

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/brep.hpp"
+#include "core/memory.hpp"
 
 namespace boxunion {
 
@@ -14,8 +14,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 /// Triangles of faces, face by face.
 struct Triangulation {
-  std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> first;  ///< face f has triangles [first[f], first[f + 1])
+  Array<Triangle> triangles;
+  Array<std::uint32_t> first;  ///< face f has triangles [first[f], first[f + 1])
 };
 
 /// Cuts every face into triangles between its own points: n + 2 * holes - 2 for n points on its loops. Every
@@ -25,8 +25,8 @@ Triangulation triangulate(std::span<const Point> points, const Faces& faces);
 
 /// A closed, oriented triangle mesh.
 struct Mesh {
-  std::vector<Point> points;
-  std::vector<Triangle> triangles;
+  Array<Point> points;
+  Array<Triangle> triangles;
 };
 
 /// The boundary of a solid as a mesh: make_brep and triangulate in one, less what a mesh does not need.

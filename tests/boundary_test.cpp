@@ -67,7 +67,7 @@ std::vector<std::vector<std::uint32_t>> loops_of(const Faces& faces) {
   return loops;
 }
 
-std::vector<std::vector<std::uint32_t>> loops_of(const std::vector<Triangle>& triangles) {
+std::vector<std::vector<std::uint32_t>> loops_of(std::span<const Triangle> triangles) {
   std::vector<std::vector<std::uint32_t>> loops;
   for (const Triangle& t : triangles) loops.emplace_back(t.begin(), t.end());
   return loops;
@@ -94,8 +94,7 @@ void expect_one_fan_at_every_point(const std::vector<std::vector<std::uint32_t>>
 }
 
 /// Twice the signed area that a loop encloses in its plane, seen from outside; exact for small halves.
-double doubled_area(const std::vector<Point>& points, std::span<const std::uint32_t> loop,
-                    unsigned direction) {
+double doubled_area(std::span<const Point> points, std::span<const std::uint32_t> loop, unsigned direction) {
   const unsigned u = (direction / 2 + 1) % 3, v = (direction / 2 + 2) % 3;
   double sum = 0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -106,7 +105,7 @@ double doubled_area(const std::vector<Point>& points, std::span<const std::uint3
 }
 
 /// Six times the volume between triangles and the origin.
-double six_volumes(const std::vector<Point>& points, std::span<const Triangle> triangles) {
+double six_volumes(std::span<const Point> points, std::span<const Triangle> triangles) {
   double sum = 0;
   for (const Triangle& t : triangles) {
     const Point &p = points[t[0]], &q = points[t[1]], &r = points[t[2]];

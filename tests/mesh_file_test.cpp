@@ -20,7 +20,7 @@ namespace {
 using Polygons = std::vector<std::vector<std::uint32_t>>;
 
 struct Read {
-  std::vector<Point> points;
+  Array<Point> points;
   Polygons polygons;
 };
 
@@ -91,7 +91,7 @@ Read read_ply(const std::string& text) {
   return mesh;
 }
 
-Polygons polygons_of(const std::vector<Triangle>& triangles) {
+Polygons polygons_of(std::span<const Triangle> triangles) {
   Polygons polygons;
   for (const Triangle& t : triangles) polygons.emplace_back(t.begin(), t.end());
   return polygons;
