@@ -21,13 +21,12 @@ namespace boxunion {
 /// loops is a closed chain of edges, as the points on it in order: the outer one counter-clockwise seen from
 /// outside, holes clockwise. A loop follows the quadrants that the face fills, so every point on a face's
 /// boundary is on its loop, collinear or not, and at two diagonal quadrants it stays with its own, so it may
-/// visit a point twice. Faces come by axis, plane and direction.
+/// visit a point twice. Faces come by axis, plane and direction, and each has its outer loop first.
 struct Faces {
   Array<std::uint32_t> loop_points;        ///< of one loop after the other
   Array<std::uint32_t> first_point = {0};  ///< loop l has loop_points [first_point[l], first_point[l + 1])
-  std::vector<std::uint32_t>
-      first_loop;  ///< face f has loops [first_loop[f], first_loop[f + 1]), the outer one first
-  Array<std::uint8_t> direction;  ///< of each face: 0 .. 5 for +x, -x, +y, -y, +z, -z
+  Array<std::uint32_t> first_loop = {0};   ///< face f has loops [first_loop[f], first_loop[f + 1])
+  Array<std::uint8_t> direction;           ///< of each face: 0 .. 5 for +x, -x, +y, -y, +z, -z
 
   std::size_t size() const { return direction.size(); }
   std::size_t loops() const { return first_point.size() - 1; }

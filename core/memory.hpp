@@ -1,7 +1,8 @@
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cstddef>
-#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -31,13 +32,30 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
   }
 }
 
-/// std::allocator, but new elements keep whatever their memory holds.
+/// An allocator for large arrays of numbers: new elements keep whatever their memory holds, and where the
+/// system has huge pages it is asked for them, for memory in small ones takes longer to get than to fill.
 template <class T>
-struct UninitializedAllocator : std::allocator<T> {
+class LargeAllocator {
+ public:
+  using value_type = T;
+
+  LargeAllocator() = default;
   template <class U>
-  struct rebind {
-    using other = UninitializedAllocator<U>;
-  };
+  LargeAllocator(const LargeAllocator<U>&) {}
+
+  T* allocate(std::size_t n) {
+    if (n > std::size_t(-1) / sizeof(T)) throw std::bad_array_new_length();
+    if (!is_large(n)) return static_cast<T*>(::operator new(n * sizeof(T)));
+    void* const memory = ::operator new(n * sizeof(T), kHugePage);
+#ifdef MADV_HUGEPAGE
+    ::madvise(memory, n * sizeof(T), MADV_HUGEPAGE);  // no harm if it fails
+#endif
+    return static_cast<T*>(memory);
+  }
+  void deallocate(T* memory, std::size_t n) {
+    is_large(n) ? ::operator delete(memory, kHugePage) : ::operator delete(memory);
+  }
+
   template <class U>
   void construct(U* place) {
     ::new (static_cast<void*>(place)) U;
@@ -46,11 +64,20 @@ struct UninitializedAllocator : std::allocator<T> {
   void construct(U* place, Arguments&&... arguments) {
     ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
   }
+  friend bool operator==(const LargeAllocator&, const LargeAllocator&) {
+    return true;
+  }
+
+ private:
+  static constexpr std::align_val_t kHugePage{std::size_t{1} << 21};
+  static bool is_large(std::size_t n) {
+    return n * sizeof(T) >= std::size_t(kHugePage);
+  }
 };
 
 /// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
 /// thread.
 template <class T>
-using Array = std::vector<T, UninitializedAllocator<T>>;
+using Array = std::vector<T, LargeAllocator<T>>;
 
 }  // namespace boxunion

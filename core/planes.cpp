@@ -40,7 +40,8 @@ Planes make_planes(const Solid& solid) {
     throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 vertices");
   Array<Keyed> keyed = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
                                    [&] { return Array<Keyed>(count); });
-  Scratch<Keyed> scratch(count);
+  Array<Keyed> scratch = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
+                                     [&] { return Array<Keyed>(count); });
   const auto key_by = [&](int axis) {
     parallel_ranges(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -54,7 +55,7 @@ Planes make_planes(const Solid& solid) {
   Planes planes;
   for (const int axis : {2, 0, 1}) {
     key_by(axis);
-    if (axis != 2) radix_sort(std::span(keyed), std::span<Keyed>(scratch), ordinal_of);
+    if (axis != 2) radix_sort(std::span(keyed), std::span(scratch), ordinal_of);
     planes[axis] = plane_order(keyed);
   }
   return planes;
