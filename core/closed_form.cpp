@@ -39,48 +39,49 @@ constexpr Intervals example(unsigned relation) {
   return {interval(low == 2, high == 2 ? 3 : 2), interval(low == 0, high == 0 ? 3 : 2)};
 }
 
-/// The octants of a point that a box fills, from the sides of it (1 low, 2 high) that it fills on each axis.
-constexpr unsigned octants(unsigned x, unsigned y, unsigned z) {
-  const unsigned row = x, slice = (y & 1 ? row : 0) | (y & 2 ? row << 2 : 0);
-  return (z & 1 ? slice : 0) | (z & 2 ? slice << 4 : 0);
-}
-/// The sides of point p that an interval fills.
+/// The sides of point p (1 low, 2 high) that an interval fills.
 constexpr unsigned sides(unsigned interval, unsigned p) {
   return (interval << 1 >> p) & 3;
 }
+/// The quadrants or octants that a box fills: those of the axes so far, on the sides of one axis more.
+constexpr unsigned extend(unsigned filled, unsigned width, unsigned sides) {
+  return (sides & 1) * filled | ((sides >> 1) * filled) << width;
+}
 
 struct PairTable {
-  std::array<std::int8_t, kRelations * kRelations> corners{};  // of two rectangles
-  std::array<std::int8_t, kRelations * kRelations * kRelations> vertices{}, extreme{};
+  std::array<std::uint8_t, kRelations * kRelations> corners{};  // of two rectangles
+  std::array<std::uint8_t, kRelations * kRelations * kRelations> vertices{}, extreme{};
 };
 
-constexpr PairTable make_pair_table() {
+PairTable make_pair_table() {
   PairTable table;
   for (unsigned z = 0; z < kRelations; ++z)
-    for (unsigned y = 0; y < kRelations; ++y) {
-      const Intervals iy = example(y), iz = example(z);
+    for (unsigned y = 0; y < kRelations; ++y)
       for (unsigned q = 0; q < 16; ++q) {
-        const unsigned ay = sides(iy.a, q % 4), by = sides(iy.b, q % 4), az = sides(iz.a, q / 4),
-                       bz = sides(iz.b, q / 4);
-        const unsigned quadrants = octants(ay, az, 1) | octants(by, bz, 1);
-        table.corners[kRelations * z + y] =
-            std::int8_t(table.corners[kRelations * z + y] + detail::is_corner(quadrants));
+        const unsigned a = extend(sides(example(y).a, q % 4), 2, sides(example(z).a, q / 4));
+        const unsigned b = extend(sides(example(y).b, q % 4), 2, sides(example(z).b, q / 4));
+        const unsigned yz = kRelations * z + y;
+        table.corners[yz] = std::uint8_t(table.corners[yz] + detail::is_corner(a | b));
         for (unsigned x = 0; x < kRelations; ++x) {
-          const Intervals ix = example(x);
-          const unsigned at = kRelations * (kRelations * z + y) + x;
+          const Intervals interval = example(x);
           for (unsigned p = 0; p < 4; ++p) {
             const OctantProperties& point =
-                kOctants[octants(sides(ix.a, p), ay, az) | octants(sides(ix.b, p), by, bz)];
-            table.vertices[at] = std::int8_t(table.vertices[at] + point.vertex);
-            table.extreme[at] = std::int8_t(table.extreme[at] + point.extreme);
+                kOctants[extend(a, 4, sides(interval.a, p)) | extend(b, 4, sides(interval.b, p))];
+            std::uint8_t& vertices = table.vertices[kRelations * yz + x];
+            std::uint8_t& extreme = table.extreme[kRelations * yz + x];
+            vertices = std::uint8_t(vertices + point.vertex);
+            extreme = std::uint8_t(extreme + point.extreme);
           }
         }
       }
-    }
   return table;
 }
 
-constexpr PairTable kPairs = make_pair_table();
+/// Made when first needed: more work than compilers want to do.
+const PairTable& pair_table() {
+  static const PairTable table = make_pair_table();
+  return table;
+}
 
 }  // namespace
 
@@ -112,15 +113,15 @@ void add_pair(LatticeSums& sums, const PackedBox& a, const PackedBox& b) {
   sums.add_box(a_lo, a_hi, {2, 2, 2});
   sums.add_box(b_lo, b_hi, {2, 2, 2});
   sums.add_box(lo, hi, {2, 2, 2}, -1);
+  const PairTable& table = pair_table();
   // so far 4 edges along what is shared, and 8 vertices
   for (unsigned c = 0; c < 3; ++c) {
-    const unsigned corners =
-        unsigned(kPairs.corners[kRelations * related[(c + 2) % 3] + related[(c + 1) % 3]]);
-    sums.length[c] += (std::int64_t(corners) - 4) * (std::int64_t(hi[c]) - lo[c]);
+    const std::int64_t corners = table.corners[kRelations * related[(c + 2) % 3] + related[(c + 1) % 3]];
+    sums.length[c] += (corners - 4) * (std::int64_t{hi[c]} - lo[c]);
   }
   const unsigned at = kRelations * (kRelations * related[2] + related[1]) + related[0];
-  sums.vertices += std::uint64_t(kPairs.vertices[at] - 8);
-  sums.extreme += std::uint64_t(kPairs.extreme[at] - 8);
+  sums.vertices += table.vertices[at] - std::uint64_t{8};
+  sums.extreme += table.extreme[at] - std::uint64_t{8};
 }
 
 }  // namespace boxunion
