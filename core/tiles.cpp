@@ -2,12 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
 #include <numeric>
-
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
@@ -20,8 +15,7 @@ constexpr std::size_t kBoxesPerTile = 2000;  // keeps a tile's boxes in cache an
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
-constexpr std::uint32_t kBlock = 32;                                 // boxes
-constexpr std::size_t kFirstSlab = 1u << 16, kLargePage = 1u << 21;  // bytes
+constexpr std::uint32_t kBlock = 32;  // boxes
 
 }  // namespace
 
@@ -71,8 +65,7 @@ TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std:
 TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
     : plan_(plan),
       interrupted_(interrupted),
-      chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)),
-      expected_bytes_(std::size_t(double(source.size()) * plan.touched * double(sizeof(PackedBox)))) {
+      chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
   const auto each_chunk = [&](auto&& f) {
     parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t c = begin; c < end; ++c) f(chunks_[c]);
@@ -184,26 +177,20 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
   });
 }
 
-/// Gives the chunk's share of a tile an empty block. Slabs grow until they fill large pages, which the system
-/// is asked for where it has them: the blocks are written in random order.
+/// Gives the chunk's share of a tile an empty block. The first slab of blocks is meant to be enough.
 void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
-  if (chunk.next == chunk.slab_end) {
-    const std::size_t bytes =
-        std::min(kFirstSlab << std::min<std::size_t>(chunk.slabs.size(), 16), kLargePage);
-    void* memory = std::aligned_alloc(bytes, bytes);
-    if (!memory)
-      throw Error(ErrorKind::resources, "out of memory: sorting the boxes into tiles needs about " +
-                                            std::to_string(expected_bytes_) + " bytes");
-    chunk.slabs.emplace_back(memory, std::free);
-#if defined(__linux__)
-    if (bytes == kLargePage) madvise(memory, bytes, MADV_HUGEPAGE);
-#endif
-    chunk.next = static_cast<PackedBox*>(memory);
-    chunk.slab_end = chunk.next + bytes / sizeof(PackedBox);
+  if (chunk.slabs.empty() || chunk.used == chunk.slabs.back().size()) {
+    const double boxes = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
+    const std::size_t tiles = chunk.slabs.empty() ? std::min(size(), chunk.end - chunk.begin) : 1;
+    const std::size_t blocks = std::size_t(boxes) / kBlock + tiles / 2 + 1;
+    with_memory("sorting the boxes into tiles", blocks * kBlock * sizeof(PackedBox),
+                [&] { return chunk.slabs.emplace_back(blocks * kBlock).size(); });
+    chunk.used = 0;
   }
-  chunk.shares[tile].last = chunk.next;
-  chunk.blocks.emplace_back(chunk.next, std::uint32_t(tile));
-  chunk.next += kBlock;
+  PackedBox* const block = chunk.slabs.back().data() + chunk.used;
+  chunk.used += kBlock;
+  chunk.shares[tile].last = block;
+  chunk.blocks.emplace_back(block, std::uint32_t(tile));
 }
 
 /// A counting sort of the chunks' blocks by tile.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/axis.hpp"
+#include "core/memory.hpp"
 #include "core/packed.hpp"
 
 namespace boxunion {
@@ -87,9 +88,9 @@ class TileGrid {
     OrdinalBox bounds;
     std::vector<TileRange> wide;  // of boxes that cover tiles: those between the first and the last
     std::vector<Share> shares;    // by tile
-    std::vector<std::pair<PackedBox*, std::uint32_t>> blocks;   // and their tiles
-    std::vector<std::unique_ptr<void, void (*)(void*)>> slabs;  // memory of the blocks
-    PackedBox *next = nullptr, *slab_end = nullptr;
+    std::vector<std::pair<PackedBox*, std::uint32_t>> blocks;  // and their tiles
+    std::vector<Array<PackedBox>> slabs;                       // memory of the blocks
+    std::size_t used = 0;                                      // boxes of the last slab
   };
 
   std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
@@ -118,7 +119,6 @@ class TileGrid {
   std::vector<std::size_t> first_;     // piece of a tile
   std::vector<Piece> pieces_;          // by tile
   OrdinalBox bounds_;
-  std::size_t expected_bytes_;
 };
 
 // ---- implementation ----
