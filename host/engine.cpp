@@ -33,18 +33,27 @@ void unite(const BoxSet& boxes, Ordinals ordinals, const Options& options, Verte
     unite_by_slices(std::move(ordinals.boxes), options, mass ? *mass : *vertices, report);
 }
 
-}  // namespace
-
-MassProperties measure(const BoxSet& boxes, const Options& options, Report* report) {
+/// What every run begins and ends with: f(ordinals, report) does the rest, on the threads asked for.
+template <class F>
+void run(const BoxSet& boxes, const Options& options, Report* report, F&& f) {
   Report own;
   Report& r = report ? *report : own;
   r = {};
-  MassProperties result;
   with_threads(options, [&] {
     Stopwatch watch(r);
     validate(boxes);
     Ordinals ordinals = find_ordinals(boxes, options);
     watch.lap("ordinals");
+    f(std::move(ordinals), r);
+    watch.total("total");
+  });
+}
+
+}  // namespace
+
+MassProperties measure(const BoxSet& boxes, const Options& options, Report* report) {
+  MassProperties result;
+  run(boxes, options, report, [&](Ordinals ordinals, Report& r) {
     MassSink sink(ordinals.axes);
     if (options.statistics) {
       MaskCounter counter(sink);
@@ -56,28 +65,19 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
       unite(boxes, std::move(ordinals), options, nullptr, &sink, r);
     }
     result = sink.result();
-    watch.total("total");
   });
   return result;
 }
 
 Solid unite(const BoxSet& boxes, const Options& options, Report* report) {
-  Report own;
-  Report& r = report ? *report : own;
-  r = {};
   Solid solid;
-  with_threads(options, [&] {
-    Stopwatch watch(r);
-    validate(boxes);
-    Ordinals ordinals = find_ordinals(boxes, options);
+  run(boxes, options, report, [&](Ordinals ordinals, Report& r) {
     Axes axes = ordinals.axes;
-    watch.lap("ordinals");
     SolidSink sink;
     unite(boxes, std::move(ordinals), options, &sink, nullptr, r);
     Stopwatch sort(r);
     solid = sink.take(std::move(axes));
     sort.lap("sort");
-    watch.total("total");
   });
   return solid;
 }
