@@ -44,8 +44,16 @@ void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassS
   sink.add(s, {run.origin[0] + 1, run.origin[1] + 1, run.origin[2] + 1});
 }
 
-NativeCells::NativeCells(CellKernel kernel, const CellSink& sink)
-    : sink_(sink), source_(source(kernel, sink.sums != nullptr)) {}
+NativeCells::NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted)
+    : sink_(sink), source_(source(kernel, sink.sums != nullptr)), interrupted_(interrupted) {}
+
+void NativeCells::compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const {
+  for (std::uint32_t r = 0; r < batch.runs.size(); ++r) {
+    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    const Parameters parameters{r, r + 1, capacity, 2};
+    source_.native(buffers, &parameters, 0, 1);
+  }
+}
 
 void NativeCells::run(const CellBatch& batch) {
   const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
@@ -60,8 +68,7 @@ void NativeCells::run(const CellBatch& batch) {
   if (sink_.sums) {
     sums_.resize(kSums * runs);
     buffers[4] = sums_.data();
-    const Parameters parameters{0, runs, 0, 2};
-    source_.native(buffers, &parameters, 0, runs);
+    compute(batch, buffers, 0);
     for (std::uint32_t r = 0; r < runs; ++r)
       add_run_sums(std::span(sums_).subspan(kSums * r, kSums), batch.runs[r], *sink_.sums);
     return;
@@ -70,22 +77,21 @@ void NativeCells::run(const CellBatch& batch) {
   for (;;) {
     total[0] = 0;
     buffers[4] = vertices_.data();
-    const Parameters parameters{
-        0, runs, static_cast<std::uint32_t>(std::min<std::size_t>(vertices_.size(), 0xffffffffu)), 2};
-    source_.native(buffers, &parameters, 0, runs);
+    compute(batch, buffers, static_cast<std::uint32_t>(std::min<std::size_t>(vertices_.size(), 0xffffffffu)));
     if (total[0] <= vertices_.size()) break;
     vertices_.resize(total[0] + total[0] / 4);
   }
   sink_.vertices->add(std::span(vertices_).first(total[0]));
 }
 
-CellStage::CellStage(Device& device, CellKernel kernel, const Tuning& tuning, const CellSink& sink)
+CellStage::CellStage(Device& device, const Options& options, const CellSink& sink)
     : device_(device),
       sink_(sink),
-      kernel_(device.load(source(kernel, sink.sums != nullptr),
-                          tuning.shape.value_or(device.info().preferred_shape),
-                          tuning.workgroup ? tuning.workgroup : device.info().preferred_workgroup)),
-      native_(kernel, sink),
+      kernel_(device.load(
+          source(options.kernel, sink.sums != nullptr),
+          options.tuning.shape.value_or(device.info().preferred_shape),
+          options.tuning.workgroup ? options.tuning.workgroup : device.info().preferred_workgroup)),
+      native_(options.kernel, sink, options.interrupted),
       total_(device.allocate(2 * sizeof(std::uint32_t))) {}
 
 std::size_t CellStage::capacity() const {

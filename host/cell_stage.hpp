@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,12 +23,16 @@ struct CellSink {
 /// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
 class NativeCells {
  public:
-  explicit NativeCells(CellKernel kernel, const CellSink& sink);
+  /// Where `interrupted` becomes true, run() throws Error(interrupted) before the next run of cells.
+  NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted);
   void run(const CellBatch& batch);
 
  private:
+  void compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const;
+
   const CellSink& sink_;
   const KernelSource& source_;
+  const std::atomic<bool>* interrupted_;
   std::vector<std::uint64_t> sums_;
   std::vector<Vertex> vertices_;
 };
@@ -35,7 +40,7 @@ class NativeCells {
 /// Cells computed on a device. begin() hands over a batch and returns; finish() waits and fills the sink.
 class CellStage {
  public:
-  CellStage(Device& device, CellKernel kernel, const Tuning& tuning, const CellSink& sink);
+  CellStage(Device& device, const Options& options, const CellSink& sink);
 
   /// Most boxes, items and cells of a batch that the device's buffers hold.
   std::size_t capacity() const;

@@ -15,9 +15,10 @@
 namespace boxunion {
 namespace {
 
-constexpr int kSumsLogEdge = 12;          // a tile of this edge has sums below 2^63
-constexpr int kPackedLogEdge = 19;        // what a packed coordinate holds
-constexpr std::uint64_t kRunCost = 1024;  // of a work unit on a device, see TileCutter::cut
+constexpr int kSumsLogEdge = 12;                    // a tile of this edge has sums below 2^63
+constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
+constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
+constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
 
 /// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
 /// grid over them would be nearly empty.
@@ -65,14 +66,13 @@ class CellRunner {
     std::size_t tile = 0;
     if (report_.device != "native") {
       try {
-        CellStage stages[2] = {{*device, options_.kernel, options_.tuning, sink_},
-                               {*device, options_.kernel, options_.tuning, sink_}};
+        CellStage stages[2] = {{*device, options_, sink_}, {*device, options_, sink_}};
         run_on_device(stages, tile);
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::device && error.kind() != ErrorKind::resources) throw;
         if (options_.warn) options_.warn(report_.device + " failed, going on natively: " + error.what());
         report_.device = "native";
-        NativeCells native(options_.kernel, sink_);
+        NativeCells native(options_.kernel, sink_, options_.interrupted);
         for (CellBatch& batch : batches_) {  // what the device had not given back
           native.run(batch);
           batch.clear();
@@ -113,12 +113,14 @@ class CellRunner {
       NativeCells cells;
       CellBatch batch;
     };
-    PerThread<Worker> workers([&] { return Worker{NativeCells(options_.kernel, sink_), {}}; });
+    PerThread<Worker> workers([&] {
+      return Worker{NativeCells(options_.kernel, sink_, options_.interrupted), {}};
+    });
     parallel_ranges(first_tile, grid_.size(), 1, [&](std::size_t begin, std::size_t end) {
       Worker& worker = workers.local();
       for (std::size_t tile = begin; tile < end; ++tile) {
         worker.batch.clear();
-        cut(tile, ~std::uint64_t{0}, worker.batch);
+        cut(tile, kNativeRunCost, worker.batch);
         worker.cells.run(worker.batch);
       }
     });
