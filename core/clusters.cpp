@@ -10,9 +10,9 @@ namespace {
 constexpr std::uint32_t kGuards = 1u << 31 | 1u << 15;
 constexpr std::uint32_t kLanes = 4;  // boxes compared at a time
 using Lanes [[gnu::vector_size(16)]] = std::uint32_t;
-constexpr std::uint64_t kMostCompared = 64;  // per box, on average
-constexpr std::uint32_t kFirst = 512;        // boxes after which the sweep may give up
-constexpr std::uint32_t kMostTouching = 3;   // of four of them, with a later one
+constexpr std::uint64_t kMostCompared = 64;   // per box, on average
+constexpr std::uint32_t kFirst = 512;         // if of the first ones ...
+constexpr std::uint32_t kMostTouching = 384;  // ... more than these touch a later one, the sweep gives up
 
 /// y and z less their lowest `shift` bits, 15 bits each.
 std::uint32_t pack_yz(std::uint64_t corner, int shift) {
@@ -87,7 +87,7 @@ bool Clusters::join_touching(std::span<const PackedBox> boxes) {
     Lanes found = {};
     for (std::uint32_t j = i + 1; j < end; j += kLanes) found |= touching_lanes(j);
     if (!any(found)) continue;
-    if (++touching > kFirst / 4 * kMostTouching && i < kFirst) return false;
+    if (++touching > kMostTouching && i < kFirst) return false;
     const PackedBox& box = boxes[index_[i]];
     for (std::uint32_t j = i + 1; j < end; j += kLanes) {
       if (!any(touching_lanes(j))) continue;

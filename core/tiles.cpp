@@ -15,7 +15,7 @@ constexpr std::size_t kBoxesPerTile = 2000;  // keeps a tile's boxes in cache an
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
-constexpr std::uint32_t kBlock = 32;  // boxes
+constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
 
 }  // namespace
 
@@ -75,6 +75,9 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     chunks_[c].begin = source.size() * c / chunks_.size();
     chunks_[c].end = source.size() * (c + 1) / chunks_.size();
   }
+  // no more than half of a share may be empty, so small shares have small blocks
+  const double share = double(source.size()) * plan.touched / double(plan.count() * chunks_.size());
+  block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
   each_chunk([&](Chunk& chunk) { survey(source, chunk); });
   bounds_ = chunks_[0].bounds;
   for (const Chunk& chunk : chunks_)
@@ -142,7 +145,7 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
   chunk.shares.resize(size());
   const auto put = [&](std::size_t tile, const PackedBox& box) {
     Share& share = chunk.shares[tile];
-    const std::uint32_t place = share.count++ % kBlock;
+    const std::uint32_t place = share.count++ & (block_ - 1);
     if (place == 0) add_block(chunk, tile);
     share.last[place] = box;
   };
@@ -150,8 +153,7 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
     const TileRange range = touched(box);
-    if (range.one()) {  // by far the most boxes; they cover nothing and nothing covers their tile but hides
-                        // them
+    if (range.one()) {  // by far the most boxes
       const std::size_t tile = index(range.from[0], range.from[1], range.from[2]);
       if (covered(tile)) return;
       const auto within = [&](const std::array<std::uint32_t, 3>& p) {
@@ -182,13 +184,13 @@ void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
   if (chunk.slabs.empty() || chunk.used == chunk.slabs.back().size()) {
     const double boxes = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
     const std::size_t tiles = chunk.slabs.empty() ? std::min(size(), chunk.end - chunk.begin) : 1;
-    const std::size_t blocks = std::size_t(boxes) / kBlock + tiles / 2 + 1;
-    with_memory("sorting the boxes into tiles", blocks * kBlock * sizeof(PackedBox),
-                [&] { return chunk.slabs.emplace_back(blocks * kBlock).size(); });
+    const std::size_t blocks = std::size_t(boxes) / block_ + tiles / 2 + 1;
+    with_memory("sorting the boxes into tiles", blocks * block_ * sizeof(PackedBox),
+                [&] { return chunk.slabs.emplace_back(blocks * block_).size(); });
     chunk.used = 0;
   }
   PackedBox* const block = chunk.slabs.back().data() + chunk.used;
-  chunk.used += kBlock;
+  chunk.used += block_;
   chunk.shares[tile].last = block;
   chunk.blocks.emplace_back(block, std::uint32_t(tile));
 }
@@ -203,7 +205,8 @@ void TileGrid::collect_pieces() {
   for (const Chunk& chunk : chunks_)
     for (const auto& [block, tile] : chunk.blocks) {
       const Share& share = chunk.shares[tile];
-      pieces_[first_[tile + 1]++] = {block, block == share.last ? (share.count - 1) % kBlock + 1 : kBlock};
+      pieces_[first_[tile + 1]++] = {block,
+                                     block == share.last ? ((share.count - 1) & (block_ - 1)) + 1 : block_};
     }
 }
 

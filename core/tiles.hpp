@@ -115,6 +115,7 @@ class TileGrid {
   Plan plan_;
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
+  std::uint32_t block_ = 0;            // boxes of a block, a power of two
   std::vector<std::uint8_t> covered_;  // by tile; empty if none is
   std::vector<std::size_t> first_;     // piece of a tile
   std::vector<Piece> pieces_;          // by tile

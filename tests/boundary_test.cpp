@@ -208,15 +208,6 @@ void expect_boundary_of(const std::vector<IntegerBox>& boxes) {
   }
 }
 
-std::vector<IntegerBox> unit_cubes(std::uint64_t occupancy, int nx, int ny, int nz) {
-  std::vector<IntegerBox> boxes;
-  for (int z = 0, i = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x, ++i)
-        if (occupancy >> i & 1) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
-  return boxes;
-}
-
 TEST(Boundary, OfEveryOccupancyOf2x2x3EqualsBruteForce) {
   for (std::uint32_t occupancy = 0; occupancy < 4096; ++occupancy) {
     expect_boundary_of(unit_cubes(occupancy, 2, 2, 3));

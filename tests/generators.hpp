@@ -3,6 +3,7 @@
 #include <rapidcheck.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "core/box.hpp"
@@ -48,6 +49,16 @@ inline rc::Gen<double> nasty_coordinate() {
 /// Coordinates such as files have: decimal fractions of moderate size.
 inline rc::Gen<double> decimal() {
   return rc::gen::map(rc::gen::inRange(-2000, 2000), [](int i) { return i * 0.005; });
+}
+
+/// A unit cube for every bit of the occupancy of an nx x ny x nz grid, x first.
+inline std::vector<IntegerBox> unit_cubes(std::uint64_t occupancy, int nx, int ny, int nz) {
+  std::vector<IntegerBox> boxes;
+  for (int z = 0, i = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x, ++i)
+        if (occupancy >> i & 1) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
+  return boxes;
 }
 
 }  // namespace boxunion

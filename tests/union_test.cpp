@@ -11,6 +11,7 @@
 
 #include "core/octants.hpp"
 #include "host/engine.hpp"
+#include "tests/generators.hpp"
 #include "tests/reference.hpp"
 
 namespace boxunion {
@@ -83,15 +84,6 @@ class Union : public testing::TestWithParam<Way> {
   const Options& options() const { return GetParam().options; }
   bool is_native() const { return options().device == "native"; }
 };
-
-std::vector<IntegerBox> unit_cubes(std::uint32_t occupancy, int nx, int ny, int nz) {
-  std::vector<IntegerBox> boxes;
-  for (int z = 0, i = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x, ++i)
-        if (occupancy >> i & 1) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
-  return boxes;
-}
 
 /// Random boxes with few distinct coordinates, so that all degeneracies happen.
 std::vector<IntegerBox> degenerate_boxes(std::mt19937& random, int count, int range) {
