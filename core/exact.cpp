@@ -34,6 +34,13 @@ double round_magnitude(std::uint64_t q, int e) {
 
 }  // namespace
 
+Dyadic dyadic(double x) {
+  constexpr int kDigits = 53;
+  int exponent;
+  const double significand = std::frexp(x, &exponent);
+  return {BigInteger(static_cast<std::int64_t>(std::ldexp(significand, kDigits))), exponent - kDigits};
+}
+
 Dyadic operator+(const Dyadic& a, const Dyadic& b) {
   const Aligned x = align(a, b);
   return {x.a + x.b, x.e};

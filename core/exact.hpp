@@ -43,6 +43,8 @@ struct Dyadic {
   BigInteger m = 0;
   int e = 0;
 };
+/// A finite double.
+Dyadic dyadic(double x);
 Dyadic operator+(const Dyadic& a, const Dyadic& b);
 Dyadic operator-(const Dyadic& a, const Dyadic& b);
 Dyadic operator*(const Dyadic& a, const Dyadic& b);

@@ -22,12 +22,6 @@ struct Difference {
   }
 };
 
-Dyadic dyadic(double x) {
-  int exponent;
-  const double significand = std::frexp(x, &exponent);
-  return {BigInteger(static_cast<std::int64_t>(std::ldexp(significand, 53))), exponent - 53};
-}
-
 }  // namespace
 
 int orientation(const std::array<double, 2>& a, const std::array<double, 2>& b,

@@ -1,0 +1,191 @@
+#include "core/adjacency.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/parallel.hpp"
+#include "core/radix_sort.hpp"
+
+namespace boxunion {
+namespace {
+
+/// A box's face at one end of an axis: the rectangle [p_lo, p_hi] x [q_lo, q_hi].
+struct Face {
+  std::uint32_t plane, p_lo, p_hi, q_lo, q_hi;
+  std::uint32_t box;
+};
+
+/// A box and one that begins where it ends.
+struct Pair {
+  std::uint32_t below, above;
+};
+
+/// The faces of all boxes at their low or high ends on an axis (0 A, 1 B), sorted by plane, p, q. p is the
+/// other one of A and B, q is C.
+Array<Face> find_faces(const std::vector<OrdinalBox>& boxes, std::size_t axis, bool high) {
+  Array<Face> faces;
+  with_memory("the faces of all boxes", boxes.size() * sizeof(Face), [&] { faces.resize(boxes.size()); });
+  const std::size_t p = 1 - axis;
+  parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& [lo, hi] = boxes[i];
+      faces[i] = {high ? hi[axis] : lo[axis], lo[p], hi[p], lo[2], hi[2], std::uint32_t(i)};
+    }
+  });
+  radix_sort(std::span(faces), [](const Face& f) {
+    return static_cast<unsigned __int128>(f.plane) << 64 | (std::uint64_t(f.p_lo) << 32 | f.q_lo);
+  });
+  return faces;
+}
+
+/// The faces of two sets that lie in one plane.
+struct PlaneFaces {
+  std::span<const Face> below, above;
+};
+
+std::vector<PlaneFaces> match_planes(std::span<const Face> below, std::span<const Face> above) {
+  const auto take_plane = [](std::span<const Face>& faces) {
+    std::size_t count = 1;
+    while (count < faces.size() && faces[count].plane == faces[0].plane) ++count;
+    const std::span<const Face> taken = faces.first(count);
+    faces = faces.subspan(count);
+    return taken;
+  };
+  std::vector<PlaneFaces> planes;
+  while (!below.empty() && !above.empty()) {
+    if (below[0].plane < above[0].plane)
+      take_plane(below);
+    else if (above[0].plane < below[0].plane)
+      take_plane(above);
+    else
+      planes.push_back({take_plane(below), take_plane(above)});
+  }
+  return planes;
+}
+
+/// Finds the faces of one set that overlap those of another one in the same plane. Faces of one set do not
+/// overlap each other, so those that cross the line of a sweep along p are sorted by q.
+class PlaneJoin {
+ public:
+  /// Whether faces that only touch on p, or on q, count as well.
+  PlaneJoin(bool touch_p, bool touch_q) : touch_p_(touch_p), touch_q_(touch_q) {}
+
+  /// Both sets are sorted by p, then q.
+  void operator()(PlaneFaces faces, std::vector<Pair>& pairs) {
+    auto& [below, above] = faces;
+    below_.faces.clear();
+    above_.faces.clear();
+    while (!below.empty() || !above.empty()) {
+      const std::uint32_t p = std::min(below.empty() ? above[0].p_lo : below[0].p_lo,
+                                       above.empty() ? below[0].p_lo : above[0].p_lo);
+      const std::span<const Face> new_below = take_begun(below, p), new_above = take_begun(above, p);
+      for (const Face& f : new_below) {
+        const auto add = [&](const Face& other) { pairs.push_back({f.box, other.box}); };
+        for_each_overlap(f, above_.faces, add);
+        for_each_overlap(f, new_above, add);
+      }
+      for (const Face& f : new_above)
+        for_each_overlap(f, below_.faces, [&](const Face& other) { pairs.push_back({other.box, f.box}); });
+      below_.insert(new_below);
+      above_.insert(new_above);
+    }
+  }
+
+ private:
+  /// Faces that the sweep has reached, sorted by q. Those that it has left stay until others take their place
+  /// or they have become too many.
+  struct Line {
+    std::vector<Face> faces;
+    std::size_t limit = 64;
+
+    void insert(std::span<const Face> begun) {
+      for (const Face& f : begun) {
+        const auto first = std::partition_point(faces.begin(), faces.end(),
+                                                [&](const Face& old) { return old.q_hi <= f.q_lo; });
+        auto last = first;
+        while (last != faces.end() && last->q_lo < f.q_hi) ++last;
+        if (first == last) {
+          faces.insert(first, f);
+        } else {
+          *first = f;
+          faces.erase(first + 1, last);
+        }
+      }
+      if (faces.size() <= limit) return;
+      std::erase_if(faces, [p = begun[0].p_lo](const Face& old) { return old.p_hi <= p; });
+      limit = 2 * faces.size() + 64;
+    }
+  };
+
+  static std::span<const Face> take_begun(std::span<const Face>& faces, std::uint32_t p) {
+    std::size_t count = 0;
+    while (count < faces.size() && faces[count].p_lo == p) ++count;
+    const std::span<const Face> taken = faces.first(count);
+    faces = faces.subspan(count);
+    return taken;
+  }
+
+  /// Of `line`, which has faces that begin at f's low end of p or before.
+  template <class Add>
+  void for_each_overlap(const Face& f, std::span<const Face> line, Add&& add) const {
+    const auto is_before = [&](const Face& other) {
+      return touch_q_ ? other.q_hi < f.q_lo : other.q_hi <= f.q_lo;
+    };
+    for (auto i = std::partition_point(line.begin(), line.end(), is_before);
+         i != line.end() && (touch_q_ ? i->q_lo <= f.q_hi : i->q_lo < f.q_hi); ++i)
+      if (touch_p_ ? i->p_hi >= f.p_lo : i->p_hi > f.p_lo) add(*i);
+  }
+
+  bool touch_p_, touch_q_;
+  Line below_, above_;
+};
+
+/// The pairs as lists: of each pair's `from` its `to`s.
+NeighborLists make_lists(std::span<const Pair> pairs, std::size_t boxes, std::uint32_t Pair::*from,
+                         std::uint32_t Pair::*to) {
+  NeighborLists lists;
+  Array<std::uint64_t> keys;
+  with_memory("the neighbours of all boxes", 12 * pairs.size() + 8 * boxes, [&] {
+    keys.resize(pairs.size());
+    lists.boxes.resize(pairs.size());
+    lists.offsets.resize(boxes + 1);
+  });
+  parallel_ranges(0, pairs.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) keys[i] = std::uint64_t(pairs[i].*from) << 32 | pairs[i].*to;
+  });
+  radix_sort(std::span(keys));
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    for (; next <= keys[i] >> 32; ++next) lists.offsets[next] = i;
+    lists.boxes[i] = std::uint32_t(keys[i]);
+  }
+  for (; next <= boxes; ++next) lists.offsets[next] = keys.size();
+  return lists;
+}
+
+}  // namespace
+
+Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connectivity) {
+  const std::vector<OrdinalBox>& boxes = decomposition.boxes;
+  const bool touch = connectivity == Connectivity::points;
+  Adjacency adjacency;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const Array<Face> high = find_faces(boxes, axis, true), low = find_faces(boxes, axis, false);
+    const std::vector<PlaneFaces> planes = match_planes(high, low);
+    PerThread<PlaneJoin> joins([&] { return PlaneJoin(touch && axis == 0, touch); });
+    PerThread<std::vector<Pair>> found;
+    parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
+      PlaneJoin& join = joins.local();
+      std::vector<Pair>& pairs = found.local();
+      for (std::size_t i = begin; i < end; ++i) join(planes[i], pairs);
+    });
+    std::vector<Pair> pairs;
+    found.for_each(
+        [&](const std::vector<Pair>& part) { pairs.insert(pairs.end(), part.begin(), part.end()); });
+    adjacency.forward[axis] = make_lists(pairs, boxes.size(), &Pair::below, &Pair::above);
+    adjacency.backward[axis] = make_lists(pairs, boxes.size(), &Pair::above, &Pair::below);
+  }
+  return adjacency;
+}
+
+}  // namespace boxunion

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/decomposition.hpp"
+#include "core/memory.hpp"
+
+namespace boxunion {
+
+/// Which boxes (or voxels) count as neighbours.
+enum class Connectivity {
+  faces = 6,   ///< they share a part of a face
+  points = 26  ///< they share any point
+};
+
+/// For each box a list of others, in flat arrays: box i has boxes[offsets[i]] .. boxes[offsets[i + 1] - 1],
+/// ascending.
+struct NeighborLists {
+  Array<std::uint64_t> offsets;
+  Array<std::uint32_t> boxes;
+
+  std::span<const std::uint32_t> operator[](std::size_t i) const {
+    return std::span(boxes).subspan(offsets[i], offsets[i + 1] - offsets[i]);
+  }
+  std::size_t bytes() const { return offsets.size() * sizeof(offsets[0]) + boxes.size() * sizeof(boxes[0]); }
+};
+
+/// The neighbours of the boxes of a decomposition (Cruz-Matías and Ayala, section 3): across their ends on A
+/// and on B. None of its boxes touch along C alone. Two boxes are neighbours on one axis at most: those that
+/// meet at an edge or a corner, at the end of both A and B, are so on A.
+struct Adjacency {
+  std::array<NeighborLists, 2> backward, forward;  ///< on A and on B
+
+  std::size_t bytes() const {
+    return backward[0].bytes() + backward[1].bytes() + forward[0].bytes() + forward[1].bytes();
+  }
+};
+
+/// Finds all neighbours in about n log n time for n boxes and pairs. Parallel. Throws Error(resources) if
+/// memory does not suffice.
+Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connectivity);
+
+}  // namespace boxunion

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/axis.hpp"
+#include "core/box.hpp"
+#include "core/evm.hpp"
+
+namespace boxunion {
+
+/// How a solid is cut into disjoint boxes (Cruz-Matías and Ayala, sections 2.2 and 3).
+enum class BoxModel {
+  oudb,  ///< Ordered Union of Disjoint Boxes: cut at every plane of vertices, each slice at every line of its
+         ///< own
+  cudb   ///< Compact Union of Disjoint Boxes: of those, equal neighbours along B merged, then along A
+};
+
+/// Boxes that are disjoint and whose union is a solid.
+struct Decomposition {
+  Axes axes;  ///< of x, y and z
+  AxisOrder order{};
+  std::vector<OrdinalBox> boxes;  ///< corners in the order A, B, C; sorted by their low corners
+};
+
+/// The decomposition of a solid, in the order of its EVM. No two boxes touch along C. Throws
+/// Error(resources) if memory does not suffice or there are 2^32 boxes or more.
+///
+/// OUDB costs the sum of the sizes of all sections. CUDB is made without the OUDB: of a section only those
+/// rectangles are looked at that reach the lines where a plane of vertices changes it.
+Decomposition decompose(const Evm& evm, BoxModel model);
+
+/// How many boxes decompose() would give.
+std::uint64_t count_boxes(const Evm& evm, BoxModel model);
+
+/// The extreme vertices of the union of disjoint boxes: their symmetric difference (section 3.3).
+Evm make_evm(const Decomposition& decomposition);
+
+/// The boxes with their coordinates, in x, y, z again: as integers if all are of 32 bits, else as doubles.
+BoxSet to_boxes(const Decomposition& decomposition);
+
+}  // namespace boxunion

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/axis.hpp"
+#include "core/solid.hpp"
+
+namespace boxunion {
+
+/// An order ABC of the axes (0 x, 1 y, 2 z): models sort by A, then B, then C, and sweep a plane along A and
+/// in it a line along B.
+using AxisOrder = std::array<std::uint8_t, 3>;
+
+inline constexpr std::array<AxisOrder, 6> kAxisOrders = {
+    {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+
+/// "xyz", "xzy", ...
+std::string to_string(const AxisOrder& order);
+/// The order of such a name, if it is one.
+std::optional<AxisOrder> axis_order(std::string_view name);
+
+/// A point in ordinals of the last D axes of an order; points sort lexicographically.
+template <std::size_t D>
+using OrderedPoint = std::array<std::uint32_t, D>;
+
+/// The extreme vertices of a solid in D dimensions, sorted: a complete model of it (Aguilera, "Orthogonal
+/// Polyhedra: Study and Application", 1998).
+template <std::size_t D>
+using ExtremeVertices = std::vector<OrderedPoint<D>>;
+
+/// The extreme vertices model of a solid (Cruz-Matías and Ayala, CUDB, section 2.1): the vertices with an odd
+/// octant mask, ABC-sorted.
+struct Evm {
+  Axes axes;  ///< of x, y and z
+  AxisOrder order{};
+  ExtremeVertices<3> vertices;  ///< ordinals in the order A, B, C
+};
+
+/// The extreme vertices of a solid.
+Evm make_evm(const Solid& solid, const AxisOrder& order);
+/// The same model in another order.
+Evm reorder(const Evm& evm, const AxisOrder& order);
+/// All vertices of the solid with their octant masks: those that are not extreme are found again. Costs about
+/// the sum of the sizes of all sections along z.
+Solid make_solid(const Evm& evm);
+
+/// Regularised symmetric difference of two solids: the extreme vertices that are in one of both.
+template <std::size_t D>
+void exclusive_or(const ExtremeVertices<D>& p, const ExtremeVertices<D>& q, ExtremeVertices<D>& result);
+
+/// Walks through the slices of a solid along its first axis. Section i, the (D-1)-dimensional cut through
+/// slice i, is the symmetric difference of section i - 1 and of the plane of vertices between them (section
+/// 2.1, equation 1).
+template <std::size_t D>
+class SectionSweep {
+ public:
+  /// Before the first plane; `vertices` must stay.
+  explicit SectionSweep(std::span<const OrderedPoint<D>> vertices) : rest_(vertices) {}
+
+  /// Ordinal of the next plane of vertices; Axis::kOrdinalMax behind the last.
+  std::uint32_t next() const { return rest_.empty() ? Axis::kOrdinalMax : rest_.front()[0]; }
+  /// Passes the next plane.
+  void advance();
+
+  /// The plane passed last, projected.
+  const ExtremeVertices<D - 1>& plane() const { return plane_; }
+  /// The section behind it.
+  const ExtremeVertices<D - 1>& section() const { return section_; }
+
+ private:
+  std::span<const OrderedPoint<D>> rest_;
+  ExtremeVertices<D - 1> plane_, section_, scratch_;
+};
+
+/// Regularised boolean operations; bit p + 2q is the result where the operands are p and q.
+enum class BooleanOperation : std::uint8_t {
+  intersect = 0b1000,
+  unite = 0b1110,
+  subtract = 0b0010,
+  exclude = 0b0110  ///< symmetric difference
+};
+
+/// The operation on two solids with the same axes and order, by sweeping their sections: recursively down to
+/// intervals of a line. Costs about the sum of the sizes of all their sections.
+Evm combine(const Evm& p, const Evm& q, BooleanOperation operation);
+
+}  // namespace boxunion

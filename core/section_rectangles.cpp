@@ -1,0 +1,149 @@
+#include "core/section_rectangles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <tuple>
+
+#include "core/radix_sort.hpp"
+
+namespace boxunion {
+namespace {
+
+std::uint64_t low_corner(const SectionRectangle& r) {
+  return std::uint64_t(r.b_lo) << 32 | r.c_lo;
+}
+
+}  // namespace
+
+void SectionRectangles::pass(const ExtremeVertices<2>& plane, std::uint32_t first_box) {
+  find_changed_lines(plane);
+  take_touched();
+  renew(plane);
+  compare(first_box);
+  put_back();
+}
+
+void SectionRectangles::find_changed_lines(const ExtremeVertices<2>& plane) {
+  changed_lines_.clear();
+  bool inside = false;
+  for (SectionSweep<2> lines{std::span(plane)}; lines.next() != Axis::kOrdinalMax;) {
+    const std::uint32_t b = lines.next();
+    lines.advance();
+    if (!inside) changed_lines_.push_back({b, b});
+    inside = !lines.section().empty();
+    changed_lines_.back()[1] = b;
+  }
+}
+
+void SectionRectangles::take_touched() {
+  touched_.clear();
+  untouched_.clear();
+  std::size_t range = 0;
+  for (const SectionRectangle& r : rectangles_) {
+    while (range < changed_lines_.size() && changed_lines_[range][1] < r.b_lo) ++range;
+    const bool touches = range < changed_lines_.size() && changed_lines_[range][0] <= r.b_hi;
+    (touches ? touched_ : untouched_).push_back(r);
+  }
+}
+
+/// Sweeps a line along B through the touched rectangles and the plane that changes them.
+void SectionRectangles::renew(const ExtremeVertices<2>& plane) {
+  ends_.clear();
+  for (const SectionRectangle& r : touched_) ends_.push_back({r.b_hi, r.c_lo, r.c_hi});
+  sorting_.resize(ends_.size());
+  radix_sort(std::span(ends_), std::span(sorting_),
+             [](const End& end) { return std::uint64_t(end.b_hi) << 32 | end.c_lo; });
+
+  renewed_.clear();
+  line_.clear();
+  SectionSweep<2> changed{std::span(plane)};
+  auto begin = touched_.begin();
+  auto end = ends_.begin();
+  for (;;) {
+    const std::uint32_t b = std::min({begin == touched_.end() ? Axis::kOrdinalMax : begin->b_lo,
+                                      end == ends_.end() ? Axis::kOrdinalMax : end->b_hi, changed.next()});
+    if (b == Axis::kOrdinalMax) break;
+    begin_points_.clear();
+    end_points_.clear();
+    for (; begin != touched_.end() && begin->b_lo == b; ++begin)
+      begin_points_.insert(begin_points_.end(), {{begin->c_lo}, {begin->c_hi}});
+    for (; end != ends_.end() && end->b_hi == b; ++end)
+      end_points_.insert(end_points_.end(), {{end->c_lo}, {end->c_hi}});
+    exclusive_or(begin_points_, end_points_, moved_);
+    if (changed.next() == b) {
+      changed.advance();
+      exclusive_or(moved_, changed.plane(), changes_);
+    } else {
+      std::swap(moved_, changes_);
+    }
+    if (!changes_.empty()) change_line(b, changes_);
+  }
+}
+
+/// Flips the intervals between changes 0 and 1, 2 and 3, ... on the line. Intervals that touch one of these
+/// end here or begin here, the others go on.
+void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& changes) {
+  const std::uint32_t lowest = changes.front()[0], highest = changes.back()[0];
+  const auto first =
+      std::partition_point(line_.begin(), line_.end(), [&](const Interval& i) { return i.c_hi < lowest; });
+  const auto last =
+      std::partition_point(first, line_.end(), [&](const Interval& i) { return i.c_lo <= highest; });
+  old_points_.clear();
+  for (auto i = first; i != last; ++i) old_points_.insert(old_points_.end(), {{i->c_lo}, {i->c_hi}});
+  exclusive_or(old_points_, changes, new_points_);
+
+  window_.clear();
+  auto old = first;
+  auto change = changes.begin();
+  for (auto p = new_points_.begin(); p != new_points_.end(); p += 2) {
+    const std::uint32_t c_lo = p[0][0], c_hi = p[1][0];
+    while (change != changes.end() && change[1][0] < c_lo) change += 2;
+    if (change != changes.end() && change[0][0] <= c_hi) {
+      window_.push_back({c_lo, c_hi, renewed_.size()});
+      renewed_.push_back({b, c_lo, b, c_hi, 0});
+    } else {
+      for (; old->c_lo < c_lo; ++old) renewed_[old->rectangle].b_hi = b;
+      window_.push_back(*old++);
+    }
+  }
+  for (; old != last; ++old) renewed_[old->rectangle].b_hi = b;
+
+  const auto both = std::min(last - first, std::ptrdiff_t(window_.size()));
+  const auto rest = std::copy(window_.begin(), window_.begin() + both, first);
+  if (rest != last)
+    line_.erase(rest, last);
+  else
+    line_.insert(rest, window_.begin() + both, window_.end());
+}
+
+void SectionRectangles::compare(std::uint32_t first_box) {
+  ended_.clear();
+  begun_.clear();
+  auto old = touched_.begin();
+  for (SectionRectangle& r : renewed_) {
+    for (; old != touched_.end() && low_corner(*old) < low_corner(r); ++old) ended_.push_back(old->box);
+    if (old != touched_.end() && low_corner(*old) == low_corner(r)) {
+      const bool same = old->b_hi == r.b_hi && old->c_hi == r.c_hi;
+      if (same)
+        r.box = old->box;
+      else
+        ended_.push_back(old->box);
+      ++old;
+      if (same) continue;
+    }
+    r.box = first_box++;
+    begun_.push_back(r);
+  }
+  for (; old != touched_.end(); ++old) ended_.push_back(old->box);
+}
+
+void SectionRectangles::put_back() {
+  merged_.clear();
+  std::merge(
+      untouched_.begin(), untouched_.end(), renewed_.begin(), renewed_.end(), std::back_inserter(merged_),
+      [](const SectionRectangle& p, const SectionRectangle& q) { return low_corner(p) < low_corner(q); });
+  std::swap(rectangles_, merged_);
+}
+
+}  // namespace boxunion
