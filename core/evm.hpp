@@ -41,6 +41,13 @@ struct Evm {
   Axes axes;  ///< of x, y and z
   AxisOrder order{};
   ExtremeVertices<3> vertices;  ///< ordinals in the order A, B, C
+
+  /// x, y, z of a vertex.
+  std::array<double, 3> coordinates(std::size_t i) const {
+    std::array<double, 3> point{};
+    for (std::size_t k = 0; k < 3; ++k) point[order[k]] = axes[order[k]].coordinate(vertices[i][k]);
+    return point;
+  }
 };
 
 /// The extreme vertices of a solid.

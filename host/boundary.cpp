@@ -2,8 +2,6 @@
 
 #include <tbb/task_arena.h>
 
-#include <algorithm>
-
 #include "core/error.hpp"
 #include "host/stopwatch.hpp"
 
@@ -12,11 +10,6 @@ namespace boxunion {
 Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& options, Report* report) {
   Report own;
   Report& r = report ? *report : own;
-  const auto before =
-      std::find_if(r.seconds.begin(), r.seconds.end(), [](const auto& s) { return s.first == "total"; });
-  const double seconds_before = before == r.seconds.end() ? 0 : before->second;
-  if (before != r.seconds.end()) r.seconds.erase(before);
-
   Boundary boundary;
   Stopwatch watch(r);
   const auto finish = [&](std::string_view stage) {
@@ -29,8 +22,7 @@ Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& 
     boundary.triangulation = triangulate(boundary.brep.points, boundary.brep.faces);
     finish("triangles");
   });
-  watch.total("total");
-  r.seconds.back().second += seconds_before;
+  watch.total();
   return boundary;
 }
 

@@ -13,73 +13,13 @@
 #include "core/octants.hpp"
 #include "host/boundary.hpp"
 #include "host/command_output.hpp"
+#include "host/command_run.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
 
 namespace boxunion::command {
 namespace {
-
-/// Runs f on as many threads as asked for, and returns what it returns.
-template <class F>
-auto with_threads(const Common& common, F&& f) {
-  tbb::task_arena arena(common.engine.threads > 0 ? common.engine.threads : tbb::task_arena::automatic);
-  return arena.execute(f);
-}
-
-/// The options of a run; they refer to `common` and `bar`.
-Options engine_options(const Common& common, ProgressBar& bar) {
-  Options options = common.engine;
-  options.progress = [&bar](double fraction) { bar.show(fraction); };
-  options.warn = [&bar](const std::string& text) {
-    bar.clear();
-    warn(text);
-  };
-  options.interrupted = common.interrupted;
-  return options;
-}
-
-Result count_result(const std::string& key, std::uint64_t count) {
-  return {key, fmt::to_string(count), fmt::to_string(count)};
-}
-
-Result number_result(const std::string& key, double value) {
-  return {key, json_number(value), fmt::format("{}", value)};
-}
-
-Result string_result(const std::string& key, const std::string& text) {
-  return {key, json_string(text), text};
-}
-
-std::string json_array(const std::array<double, 3>& v) {
-  return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
-}
-
-Result vector_result(const std::string& key, const std::array<double, 3>& v) {
-  return {key, json_array(v), fmt::format("{}", fmt::join(v, " "))};
-}
-
-template <std::size_t N>
-Result rows_result(const std::string& key, const std::array<std::array<double, 3>, N>& rows) {
-  std::string json, text;
-  for (const auto& row : rows) {
-    json += (json.empty() ? "[" : ", ") + json_array(row);
-    text += fmt::format("{}{}", text.empty() ? "" : "\n", fmt::join(row, " "));
-  }
-  return {key, json + "]", text};
-}
-
-/// Adds method, kernel, device and seconds.
-void add_report(std::vector<Result>& results, const Report& report) {
-  results.push_back(string_result("method", report.method));
-  results.push_back(string_result("kernel", report.kernel));
-  results.push_back(string_result("device", report.device));
-  std::string json;
-  for (const auto& [stage, seconds] : report.seconds)
-    json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(stage), json_number(seconds));
-  const double total = report.seconds.empty() ? 0 : report.seconds.back().second;
-  results.push_back({"seconds", "{" + json + "}", fmt::format("{}", total)});
-}
 
 /// UNION3's table 1 as far as the mass properties do not say it; no cells with method slices.
 std::vector<Result> statistics_results(const Report& report) {

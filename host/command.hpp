@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "core/adjacency.hpp"
+#include "core/evm.hpp"
 #include "core/generate.hpp"
 #include "core/points.hpp"
 #include "host/engine.hpp"
@@ -33,6 +35,25 @@ struct BoundaryOptions {
 /// Writes the boundary of the union of the boxes in `input` to `output`: vertices or a mesh.
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common);
+
+/// A model that `decompose` makes: extreme vertices or one of disjoint boxes.
+enum class Model { evm, oudb, cudb };
+
+/// What `decompose` is asked for besides its files.
+struct DecomposeOptions {
+  Model model = Model::cudb;
+  std::optional<AxisOrder> order = kAxisOrders[0];  ///< nothing: the one with the fewest elements
+  Connectivity connectivity = Connectivity::faces;  ///< of the neighbour lists
+};
+
+/// Makes a model of the union of the boxes in `input` and writes it to `output`, if that is not empty.
+void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
+               const Common& common);
+
+/// Finds the connected components of the union of the boxes in `input`. Writes its disjoint boxes with their
+/// labels to `output` and a table of the components to `components`, where these are not empty.
+void label(const std::string& input, const std::string& output, const std::string& components,
+           Connectivity connectivity, const Common& common);
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);

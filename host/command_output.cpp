@@ -1,6 +1,7 @@
 #include "host/command_output.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +13,13 @@
 #include "core/error.hpp"
 
 namespace boxunion::command {
+namespace {
+
+std::string json_array(const std::array<double, 3>& v) {
+  return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
+}
+
+}  // namespace
 
 std::string json_string(std::string_view text) {
   std::string json = "\"";
@@ -28,6 +36,31 @@ std::string json_string(std::string_view text) {
 
 std::string json_number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : "null";
+}
+
+Result count_result(const std::string& key, std::uint64_t count) {
+  return {key, fmt::to_string(count), fmt::to_string(count)};
+}
+
+Result number_result(const std::string& key, double value) {
+  return {key, json_number(value), fmt::format("{}", value)};
+}
+
+Result string_result(const std::string& key, const std::string& text) {
+  return {key, json_string(text), text};
+}
+
+Result vector_result(const std::string& key, const std::array<double, 3>& v) {
+  return {key, json_array(v), fmt::format("{}", fmt::join(v, " "))};
+}
+
+Result rows_result(const std::string& key, std::span<const std::array<double, 3>> rows) {
+  std::string json, text;
+  for (const auto& row : rows) {
+    json += (json.empty() ? "[" : ", ") + json_array(row);
+    text += fmt::format("{}{}", text.empty() ? "" : "\n", fmt::join(row, " "));
+  }
+  return {key, json + "]", text};
 }
 
 void print_results(const std::vector<Result>& results, bool json) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +22,13 @@ struct Result {
   std::string json;  ///< a JSON value
   std::string text;  ///< of the table, of one or more lines
 };
+
+Result count_result(const std::string& key, std::uint64_t count);
+Result number_result(const std::string& key, double value);
+Result string_result(const std::string& key, const std::string& text);
+Result vector_result(const std::string& key, const std::array<double, 3>& v);
+/// A matrix, one row a line of the table.
+Result rows_result(const std::string& key, std::span<const std::array<double, 3>> rows);
 
 /// Prints results to stdout, as one JSON object or as an aligned table.
 void print_results(const std::vector<Result>& results, bool json);

@@ -253,4 +253,36 @@ void write_vertices(OutputFile& file, const Solid& solid) {
   });
 }
 
+void write_extreme_vertices(OutputFile& file, const Evm& evm) {
+  file.write("x,y,z\n");
+  write_rows(file, evm.vertices.size(), [&](std::size_t row, fmt::memory_buffer& text) {
+    const std::array<double, 3> p = evm.coordinates(row);
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{}\n"), p[0], p[1], p[2]);
+  });
+}
+
+void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels) {
+  file.write(kHeader);
+  file.write(",label\n");
+  boxes.visit([&](const auto& all) {
+    write_rows(file, all.size(), [&](std::size_t row, fmt::memory_buffer& text) {
+      for (const auto coordinate : all[row])
+        fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},"), coordinate);
+      fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}\n"), labels[row]);
+    });
+  });
+}
+
+void write_components(OutputFile& file, std::span<const Components::Properties> components) {
+  file.write("label,boxes,volume,");
+  file.write(kHeader);
+  file.write("\n");
+  write_rows(file, components.size(), [&](std::size_t row, fmt::memory_buffer& text) {
+    const Components::Properties& c = components[row];
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{},{},{},{},{}\n"), row + 1, c.boxes,
+                   c.volume, c.bounds[0][0], c.bounds[0][1], c.bounds[0][2], c.bounds[1][0], c.bounds[1][1],
+                   c.bounds[1][2]);
+  });
+}
+
 }  // namespace boxunion::csv

@@ -45,7 +45,7 @@ void run(const BoxSet& boxes, const Options& options, Report* report, F&& f) {
     Ordinals ordinals = find_ordinals(boxes, options);
     watch.lap("ordinals");
     f(std::move(ordinals), r);
-    watch.total("total");
+    watch.total();
   });
 }
 

@@ -32,6 +32,10 @@ const char* extension_of(FileFormat format) {
   return "";
 }
 
+bool is_csv(const OutputFile& file) {
+  return file_format(file.path(), kBoxFormats) == FileFormat::csv;
+}
+
 }  // namespace
 
 FileFormat file_format(const std::string& path, std::span<const FileFormat> expected) {
@@ -97,10 +101,23 @@ void write_boxes(const BoxSet& set, OutputFile file) {
 }
 
 void write_vertices(const Solid& solid, OutputFile file) {
-  if (file_format(file.path(), kBoxFormats) == FileFormat::csv)
-    csv::write_vertices(file, solid);
-  else
-    npy::write_vertices(file, solid);
+  is_csv(file) ? csv::write_vertices(file, solid) : npy::write_vertices(file, solid);
+  file.commit();
+}
+
+void write_extreme_vertices(const Evm& evm, OutputFile file) {
+  is_csv(file) ? csv::write_extreme_vertices(file, evm) : npy::write_extreme_vertices(file, evm);
+  file.commit();
+}
+
+void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> labels, OutputFile file) {
+  is_csv(file) ? csv::write_labelled_boxes(file, boxes, labels)
+               : npy::write_labelled_boxes(file, boxes, labels);
+  file.commit();
+}
+
+void write_components(std::span<const Components::Properties> components, OutputFile file) {
+  is_csv(file) ? csv::write_components(file, components) : npy::write_components(file, components);
   file.commit();
 }
 

@@ -7,6 +7,8 @@
 
 #include "core/box.hpp"
 #include "core/brep.hpp"
+#include "core/components.hpp"
+#include "core/evm.hpp"
 #include "core/solid.hpp"
 #include "core/triangulation.hpp"
 #include "host/output.hpp"
@@ -74,6 +76,19 @@ void write_boxes(const BoxSet& boxes, OutputFile file);
 /// there by outward direction +x, -x, +y, -y, +z, -z: in CSV degree_px, degree_nx, degree_py, degree_ny,
 /// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
 void write_vertices(const Solid& solid, OutputFile file);
+
+/// Writes and commits extreme vertices in the order of the model: columns x, y, z, in NPY an (n, 3) array of
+/// float64.
+void write_extreme_vertices(const Evm& evm, OutputFile file);
+
+/// Writes and commits boxes as write_boxes does, each with its label: in CSV a column `label` more, in NPY a
+/// structured array with the fields `box` (six numbers) and `label` (uint32).
+void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> labels, OutputFile file);
+
+/// Writes and commits a table of components in the order of their labels: columns label, boxes, volume, xmin,
+/// ymin, zmin, xmax, ymax, zmax; in NPY a structured array with the fields `label` and `boxes` (uint64),
+/// `volume` (float64) and `bounds` (six float64).
+void write_components(std::span<const Components::Properties> components, OutputFile file);
 
 /// Writes and commits a boundary as a mesh, in the same order whatever the number of threads.
 ///

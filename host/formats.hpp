@@ -6,6 +6,8 @@
 
 #include "core/box.hpp"
 #include "core/brep.hpp"
+#include "core/components.hpp"
+#include "core/evm.hpp"
 #include "core/solid.hpp"
 #include "core/triangulation.hpp"
 #include "host/input.hpp"
@@ -20,6 +22,9 @@ void write_box_header(OutputFile& file);
 template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertices(OutputFile& file, const Solid& solid);
+void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
+void write_components(OutputFile& file, std::span<const Components::Properties> components);
 
 }  // namespace boxunion::csv
 
@@ -31,6 +36,9 @@ void write_box_header(OutputFile& file, std::uint64_t count);
 template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertices(OutputFile& file, const Solid& solid);
+void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
+void write_components(OutputFile& file, std::span<const Components::Properties> components);
 
 }  // namespace boxunion::npy
 

@@ -26,6 +26,8 @@ Examples:
   boxunion measure --json --device native - < boxes.csv
   boxunion boundary boxes.csv -o vertices.csv
   boxunion boundary boxes.csv -o boxes.3mf
+  boxunion decompose boxes.csv --order best -o disjoint.csv
+  boxunion label boxes.csv --connectivity 26 -o labelled.npy --components components.csv
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64).
@@ -64,6 +66,8 @@ class CommandLine {
     app_.require_subcommand(1);
     add_measure();
     add_boundary();
+    add_decompose();
+    add_label();
     add_generate();
     add_devices();
     app_.footer(kExamples);  // last: subcommands inherit what is there before them
@@ -115,6 +119,38 @@ class CommandLine {
     sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
   }
 
+  void add_decompose() {
+    CLI::App* sub =
+        app_.add_subcommand("decompose", "The union as disjoint boxes, or as its extreme vertices");
+    add_input(sub);
+    add_optional_output(sub, "File to write: .csv or .npy");
+    add_choice(sub, "--model", decompose_.model,
+               {{"evm", command::Model::evm}, {"oudb", command::Model::oudb}, {"cudb", command::Model::cudb}},
+               "evm: extreme vertices; oudb: boxes cut at every plane and line of vertices; cudb (default): "
+               "of these, equal neighbours merged");
+    std::map<std::string, std::optional<AxisOrder>> orders = {{"best", std::nullopt}};
+    for (const AxisOrder& order : kAxisOrders) orders[to_string(order)] = order;
+    add_choice(
+        sub, "--order", decompose_.order, orders,
+        "Axes in the order of cutting and sorting: xyz (default), ..., or best: that with the fewest boxes");
+    add_connectivity(sub, decompose_.connectivity, "Which boxes are neighbors");
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->callback([this] { command::decompose(input_, output_, decompose_, common_); });
+  }
+
+  void add_label() {
+    CLI::App* sub = app_.add_subcommand("label", "The connected components of the union");
+    add_input(sub);
+    add_optional_output(sub,
+                        "File to write: .csv or .npy, disjoint boxes with the labels of their components");
+    sub->add_option("--components", components_, "Table of the components to write: .csv or .npy");
+    add_connectivity(sub, connectivity_, "What is connected");
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->callback([this] { command::label(input_, output_, components_, connectivity_, common_); });
+  }
+
   void add_generate() {
     CLI::App* sub =
         app_.add_subcommand("generate", "Boxes for tests and benchmarks, the same on every machine");
@@ -154,6 +190,15 @@ class CommandLine {
 
   void add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
     sub->add_option("-o,--output", output_, help)->required();
+  }
+
+  void add_optional_output(CLI::App* sub, const std::string& help) {
+    sub->add_option("-o,--output", output_, help);
+  }
+
+  static void add_connectivity(CLI::App* sub, Connectivity& value, const std::string& help) {
+    add_choice(sub, "--connectivity", value, {{"6", Connectivity::faces}, {"26", Connectivity::points}},
+               help + ": 6 what shares a part of a face (default), 26 what shares any point");
   }
 
   void add_threads(CLI::App* sub) {
@@ -216,7 +261,9 @@ class CommandLine {
   CLI::App app_;
   command::Common common_;
   command::BoundaryOptions boundary_;
-  std::string input_, output_;
+  command::DecomposeOptions decompose_;
+  Connectivity connectivity_ = Connectivity::faces;
+  std::string input_, output_, components_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;

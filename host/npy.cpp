@@ -276,4 +276,34 @@ void write_vertices(OutputFile& file, const Solid& solid) {
   }
 }
 
+void write_extreme_vertices(OutputFile& file, const Evm& evm) {
+  write_header(file, "'<f8'", fmt::format("({}, 3)", evm.vertices.size()));
+  for (std::size_t i = 0; i < evm.vertices.size(); ++i)
+    file.write_array(std::span<const double>(evm.coordinates(i)));
+}
+
+void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels) {
+  boxes.visit([&]<class T>(const std::vector<BoxOf<T>>& all) {
+    write_header(
+        file,
+        fmt::format("[('box', '{}', (6,)), ('label', '<u4')]", std::is_same_v<T, double> ? "<f8" : "<i4"),
+        fmt::format("({},)", all.size()));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      file.write_array(std::span<const T>(all[i]));
+      file.write_array(labels.subspan(i, 1));
+    }
+  });
+}
+
+void write_components(OutputFile& file, std::span<const Components::Properties> components) {
+  write_header(file, "[('label', '<u8'), ('boxes', '<u8'), ('volume', '<f8'), ('bounds', '<f8', (6,))]",
+               fmt::format("({},)", components.size()));
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    const Components::Properties& c = components[i];
+    file.write_array(std::span<const std::uint64_t>(std::array<std::uint64_t, 2>{i + 1, c.boxes}));
+    file.write_array(std::span(&c.volume, 1));
+    for (const auto& corner : c.bounds) file.write_array(std::span<const double>(corner));
+  }
+}
+
 }  // namespace boxunion::npy

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <string_view>
 
@@ -24,10 +25,14 @@ class Stopwatch {
       }
     report_.seconds.emplace_back(stage, seconds);
   }
-  /// Books the time since the start under `stage`.
-  void total(std::string_view stage) {
+  /// Adds the time since the start to the report's "total", which comes last.
+  void total() {
+    constexpr std::string_view kTotal = "total";
     last_ = start_;
-    lap(stage);
+    lap(kTotal);
+    auto& all = report_.seconds;
+    const auto total = std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.first == kTotal; });
+    std::rotate(total, total + 1, all.end());
   }
 
  private:

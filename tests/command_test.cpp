@@ -329,6 +329,54 @@ TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsWhereItRounds) {
   EXPECT_TRUE(folder_.read("a.3mf").starts_with("PK"));
 }
 
+TEST_F(Command, DecomposeWritesBoxesThatItReadsAgain) {
+  // a plus sign of height 1: the arms along the first axis are cut off, or those along the second
+  folder_.write("plus.csv", "1,0,0,2,3,1\n0,1,0,3,2,1\n");
+  nlohmann::json result = json("decompose plus.csv --json -o xyz.csv");
+  EXPECT_EQ(result.at("model"), "cudb");
+  EXPECT_EQ(result.at("order"), "xyz");
+  EXPECT_EQ(result.at("boxes"), 3);
+  EXPECT_EQ(result.at("neighbors"), 2);
+  EXPECT_EQ(result.at("output"), "xyz.csv");
+  EXPECT_EQ(folder_.read("xyz.csv"), kHeader + "0,1,0,1,2,1\n1,0,0,2,3,1\n2,1,0,3,2,1\n"s);
+  EXPECT_EQ(json("decompose plus.csv --json --order zyx").at("boxes"), 3);
+  json("decompose plus.csv --json --order yxz -o yxz.npy");
+  for (const char* file : {"plus.csv", "xyz.csv", "yxz.npy"}) {
+    const nlohmann::json mass = json("measure --json "s + file);
+    EXPECT_EQ(mass.at("volume"), 5);
+    EXPECT_EQ(mass.at("vertices"), 24);
+  }
+
+  result = json("decompose plus.csv --json --model evm -o evm.csv");
+  EXPECT_EQ(result.at("vertices"), 24);
+  EXPECT_EQ(result.at("bytes"), 24 * 12);
+  EXPECT_TRUE(folder_.read("evm.csv").starts_with("x,y,z\n0,1,0\n0,1,1\n0,2,0\n"));
+  // two boxes of different height beside each other, and one along both: cut everywhere, but merged again
+  folder_.write("steps.csv", "0,0,0,1,1,1\n1,0,0,2,1,2\n0,5,0,2,6,1\n");
+  EXPECT_EQ(json("decompose steps.csv --json --model oudb").at("boxes"), 4);
+  EXPECT_EQ(json("decompose steps.csv --json --model cudb").at("boxes"), 3);
+  EXPECT_EQ(json("decompose steps.csv --json --model oudb --order best").at("boxes"), 3);
+}
+
+TEST_F(Command, LabelNumbersTheComponents) {
+  folder_.write("a.csv", "5,0,0,6,1,1\n0,0,0,1,1,1\n1,1,0,2,2,1.5\n1,1,1.5,2,2,3\n");
+  EXPECT_EQ(json("label a.csv --json").at("components"), 3);
+  const nlohmann::json result = json("label a.csv --json --connectivity 26 -o l.csv --components c.csv");
+  EXPECT_EQ(result.at("components"), 2);
+  EXPECT_EQ(result.at("connectivity"), 26);
+  EXPECT_EQ(result.at("boxes"), 3);
+  EXPECT_EQ(folder_.read("l.csv"),
+            "xmin,ymin,zmin,xmax,ymax,zmax,label\n0,0,0,1,1,1,1\n5,0,0,6,1,1,2\n1,1,0,2,2,3,1\n");
+  EXPECT_EQ(folder_.read("c.csv"),
+            "label,boxes,volume,xmin,ymin,zmin,xmax,ymax,zmax\n1,2,4,0,0,0,2,2,3\n2,1,1,5,0,0,6,1,1\n");
+  json("label a.csv --json --components c.npy -o l.npy");
+  EXPECT_NE(folder_.read("l.npy").find("[('box', '<f8', (6,)), ('label', '<u4')]"), std::string::npos);
+  EXPECT_NE(folder_.read("l.npy").find("'shape': (3,)"), std::string::npos);
+  EXPECT_EQ(folder_.read("c.npy").size(), 192u + 3 * 72);
+  expect_error("label a.csv --connectivity 18", 2, "--connectivity: 18 not in {26,6}");
+  expect_error("label a.csv -o l.ply", 3, "l.ply: unknown extension .ply, expected .csv or .npy");
+}
+
 TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
   run("generate cubes --count 50 --edge 9 --universe 40 -o a.csv");
   EXPECT_EQ(run("boundary a.csv -o native.csv --device native").status, 0);
