@@ -49,7 +49,7 @@ class VolumeSum {
 
 Components find_components(const Decomposition& decomposition, const Adjacency& adjacency) {
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
-  DisjointSets sets{std::uint32_t(boxes.size())};
+  DisjointSets sets(std::uint32_t(boxes.size()), "joining boxes");
   parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (const NeighborLists& lists : adjacency.backward)
       for (std::size_t i = begin; i < end; ++i)

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <numeric>
+#include <string>
 #include <utility>
 
 #include "core/memory.hpp"
@@ -15,8 +16,9 @@ namespace boxunion {
 /// and swap, paths halved on the way.)
 class DisjointSets {
  public:
-  explicit DisjointSets(std::uint32_t size) {
-    with_memory("joining faces", size * sizeof(std::uint32_t), [&] { parents_.resize(size); });
+  /// `what` is what needs the memory, for Error(resources).
+  DisjointSets(std::uint32_t size, const std::string& what) {
+    with_memory(what, size * sizeof(std::uint32_t), [&] { parents_.resize(size); });
     parallel_ranges(0, size, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
       std::iota(parents_.begin() + std::ptrdiff_t(begin), parents_.begin() + std::ptrdiff_t(end),
                 std::uint32_t(begin));
@@ -26,11 +28,12 @@ class DisjointSets {
   /// The lowest element of an element's set. Thread-safe.
   std::uint32_t find(std::uint32_t i) {
     for (;;) {
-      std::uint32_t parent = at(i).load(std::memory_order_relaxed);
+      const std::uint32_t parent = at(i).load(std::memory_order_relaxed);
       if (parent == i) return i;
       const std::uint32_t grandparent = at(parent).load(std::memory_order_relaxed);
       if (grandparent == parent) return parent;
-      at(i).compare_exchange_weak(parent, grandparent, std::memory_order_relaxed);
+      // No compare and swap: i is no root any more, and whatever another thread stores is an ancestor too.
+      at(i).store(grandparent, std::memory_order_relaxed);
       i = grandparent;
     }
   }

@@ -184,7 +184,7 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
 
 Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces, NonManifold contacts) {
   const Fans fans(solid);
-  DisjointSets sets(fans.count());
+  DisjointSets sets(fans.count(), "joining faces");
   for_each_edge(solid, planes, kEdgeChunks,
                 [&](std::size_t, int axis, std::uint32_t lower, std::uint32_t upper) {
                   const int sectors = kOctants[solid.vertices[lower].mask].edges[2 * axis];

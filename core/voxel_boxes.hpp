@@ -1,0 +1,19 @@
+#pragma once
+
+#include "core/box.hpp"
+#include "core/volume.hpp"
+
+namespace boxunion {
+
+/// Boxes without common interior whose union is that of the voxels inside.
+///
+/// Runs along x that repeat from row to row become rectangles, rectangles that repeat from slice to slice
+/// become boxes: the CUDB decomposition (Cruz-Matías and Ayala) in the order z, y, x, made while the slices
+/// stream by, with memory for the boxes and a few slices. Sorted by the first voxel's z, y, x along the
+/// volume's axes. The boxes are 32-bit integers where origin and spacing are whole numbers and all edges fit,
+/// else doubles, each edge rounded once. Parallel.
+///
+/// Throws Error(input) if an edge is beyond the doubles.
+BoxSet voxel_boxes(const VoxelStream& stream);
+
+}  // namespace boxunion
