@@ -32,9 +32,10 @@ Array<Face> find_faces(const std::vector<OrdinalBox>& boxes, std::size_t axis, b
       faces[i] = {high ? hi[axis] : lo[axis], lo[p], hi[p], lo[2], hi[2], std::uint32_t(i)};
     }
   });
-  radix_sort(std::span(faces), [](const Face& f) {
-    return static_cast<unsigned __int128>(f.plane) << 64 | (std::uint64_t(f.p_lo) << 32 | f.q_lo);
-  });
+  if (axis != 0 || high)  // as the boxes are sorted
+    radix_sort(std::span(faces), [](const Face& f) {
+      return static_cast<unsigned __int128>(f.plane) << 64 | (std::uint64_t(f.p_lo) << 32 | f.q_lo);
+    });
   return faces;
 }
 
@@ -140,27 +141,30 @@ class PlaneJoin {
   Line below_, above_;
 };
 
-/// The pairs as lists: of each pair's `from` its `to`s.
-NeighborLists make_lists(std::span<const Pair> pairs, std::size_t boxes, std::uint32_t Pair::*from,
-                         std::uint32_t Pair::*to) {
+/// The lists of entries that for_each_entry(add) gives to add(box, neighbor), in its order; it is called
+/// twice.
+template <class F>
+NeighborLists make_lists(std::size_t boxes, std::size_t entries, F&& for_each_entry) {
   NeighborLists lists;
-  Array<std::uint64_t> keys;
-  with_memory("the neighbours of all boxes", 12 * pairs.size() + 8 * boxes, [&] {
-    keys.resize(pairs.size());
-    lists.boxes.resize(pairs.size());
-    lists.offsets.resize(boxes + 1);
+  with_memory("the neighbours of all boxes", 4 * entries + 8 * boxes, [&] {
+    lists.boxes.resize(entries);
+    lists.offsets.assign(boxes + 2, 0);
   });
-  parallel_ranges(0, pairs.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) keys[i] = std::uint64_t(pairs[i].*from) << 32 | pairs[i].*to;
-  });
-  radix_sort(std::span(keys));
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    for (; next <= keys[i] >> 32; ++next) lists.offsets[next] = i;
-    lists.boxes[i] = std::uint32_t(keys[i]);
-  }
-  for (; next <= boxes; ++next) lists.offsets[next] = keys.size();
+  std::uint64_t* const next = lists.offsets.data() + 1;  // first of box i, at last of box i + 1
+  for_each_entry([&](std::uint32_t box, std::uint32_t) { ++next[box + 1]; });
+  for (std::size_t i = 0; i < boxes; ++i) next[i + 1] += next[i];
+  for_each_entry([&](std::uint32_t box, std::uint32_t neighbor) { lists.boxes[next[box]++] = neighbor; });
+  lists.offsets.pop_back();
   return lists;
+}
+
+/// The same pairs from the other side, ascending.
+NeighborLists transposed(const NeighborLists& lists) {
+  const std::size_t boxes = lists.offsets.size() - 1;
+  return make_lists(boxes, lists.boxes.size(), [&](auto&& add) {
+    for (std::size_t i = 0; i < boxes; ++i)
+      for (const std::uint32_t neighbor : lists[i]) add(neighbor, std::uint32_t(i));
+  });
 }
 
 }  // namespace
@@ -173,17 +177,21 @@ Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connec
     const Array<Face> high = find_faces(boxes, axis, true), low = find_faces(boxes, axis, false);
     const std::vector<PlaneFaces> planes = match_planes(high, low);
     PerThread<PlaneJoin> joins([&] { return PlaneJoin(touch && axis == 0, touch); });
-    PerThread<std::vector<Pair>> found;
+    PerThread<std::vector<Pair>> pairs;
     parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
       PlaneJoin& join = joins.local();
-      std::vector<Pair>& pairs = found.local();
-      for (std::size_t i = begin; i < end; ++i) join(planes[i], pairs);
+      std::vector<Pair>& found = pairs.local();
+      for (std::size_t i = begin; i < end; ++i) join(planes[i], found);
     });
-    std::vector<Pair> pairs;
-    found.for_each(
-        [&](const std::vector<Pair>& part) { pairs.insert(pairs.end(), part.begin(), part.end()); });
-    adjacency.forward[axis] = make_lists(pairs, boxes.size(), &Pair::below, &Pair::above);
-    adjacency.backward[axis] = make_lists(pairs, boxes.size(), &Pair::above, &Pair::below);
+    std::size_t count = 0;
+    pairs.for_each([&](const std::vector<Pair>& part) { count += part.size(); });
+    const NeighborLists forward = make_lists(boxes.size(), count, [&](auto&& add) {
+      pairs.for_each([&](const std::vector<Pair>& part) {
+        for (const Pair& pair : part) add(pair.below, pair.above);
+      });
+    });
+    adjacency.backward[axis] = transposed(forward);
+    adjacency.forward[axis] = transposed(adjacency.backward[axis]);  // ascending now
   }
   return adjacency;
 }

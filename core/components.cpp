@@ -47,42 +47,41 @@ class VolumeSum {
 
 }  // namespace
 
-Components find_components(const Decomposition& decomposition, const Adjacency& adjacency) {
-  const std::vector<OrdinalBox>& boxes = decomposition.boxes;
-  DisjointSets sets(std::uint32_t(boxes.size()), "joining boxes");
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (const NeighborLists& lists : adjacency.backward)
-      for (std::size_t i = begin; i < end; ++i)
+Labels label_components(const Adjacency& adjacency) {
+  const auto boxes = std::uint32_t(adjacency.backward[0].offsets.size() - 1);
+  DisjointSets sets(boxes, "joining boxes");
+  parallel_ranges(0, boxes, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (const NeighborLists& lists : adjacency.backward)
         for (const std::uint32_t other : lists[i]) sets.join(std::uint32_t(i), other);
   });
-
-  Components result;
-  with_memory("the labels", boxes.size() * sizeof(std::uint32_t),
-              [&] { result.labels.resize(boxes.size()); });
-  std::vector<std::size_t> counts;
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-    const std::uint32_t root = sets.find(i);  // the lowest of its set
-    if (root == i) counts.push_back(0);
-    const std::uint32_t label = root == i ? std::uint32_t(counts.size()) : result.labels[root];
-    result.labels[i] = label;
-    ++counts[label - 1];
+  Labels result;
+  with_memory("the labels", boxes * sizeof(std::uint32_t), [&] { result.labels.resize(boxes); });
+  for (std::uint32_t i = 0; i < boxes; ++i) {
+    const std::uint32_t first = sets.find(i);
+    result.labels[i] = first == i ? ++result.count : result.labels[first];
   }
-  result.components.resize(counts.size());
+  return result;
+}
 
-  // the boxes by label, then each component by itself
-  std::vector<std::size_t> starts(counts.size() + 1, 0);
-  std::partial_sum(counts.begin(), counts.end(), starts.begin() + 1);
-  Array<std::uint32_t> sorted;
+std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels) {
+  const std::vector<OrdinalBox>& boxes = decomposition.boxes;
+  std::vector<std::size_t> next(labels.count + 1, 0);  // place of a component's next box
+  for (const std::uint32_t label : labels.labels) ++next[label];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  Array<std::uint32_t> sorted;  // boxes by label
   with_memory("the components", boxes.size() * sizeof(std::uint32_t), [&] { sorted.resize(boxes.size()); });
-  std::vector<std::size_t> next(starts.begin(), starts.end() - 1);
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) sorted[next[result.labels[i] - 1]++] = i;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) sorted[next[labels.labels[i] - 1]++] = i;
+
   std::array<const Axis*, 3> axes{};
   for (std::size_t i = 0; i < 3; ++i) axes[i] = &decomposition.axes[decomposition.order[i]];
-  parallel_ranges(0, counts.size(), 64, [&](std::size_t begin, std::size_t end) {
+  std::vector<Component> components(labels.count);
+  parallel_ranges(0, labels.count, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t first = c == 0 ? 0 : next[c - 1];
       VolumeSum volume(axes);
-      OrdinalBox bounds = boxes[sorted[starts[c]]];
-      for (std::size_t k = starts[c]; k < starts[c + 1]; ++k) {
+      OrdinalBox bounds = boxes[sorted[first]];
+      for (std::size_t k = first; k < next[c]; ++k) {
         const OrdinalBox& box = boxes[sorted[k]];
         volume.add(box);
         for (std::size_t i = 0; i < 3; ++i) {
@@ -90,16 +89,15 @@ Components find_components(const Decomposition& decomposition, const Adjacency& 
           bounds.hi[i] = std::max(bounds.hi[i], box.hi[i]);
         }
       }
-      Components::Properties& properties = result.components[c];
-      properties.boxes = counts[c];
-      properties.volume = volume.result();
+      components[c].boxes = next[c] - first;
+      components[c].volume = volume.result();
       for (std::size_t i = 0; i < 3; ++i) {
-        properties.bounds[0][decomposition.order[i]] = axes[i]->coordinate(bounds.lo[i]);
-        properties.bounds[1][decomposition.order[i]] = axes[i]->coordinate(bounds.hi[i]);
+        components[c].bounds[0][decomposition.order[i]] = axes[i]->coordinate(bounds.lo[i]);
+        components[c].bounds[1][decomposition.order[i]] = axes[i]->coordinate(bounds.hi[i]);
       }
     }
   });
-  return result;
+  return components;
 }
 
 }  // namespace boxunion

@@ -9,20 +9,24 @@
 
 namespace boxunion {
 
-/// Connected components of a union of disjoint boxes.
-struct Components {
-  /// One component.
-  struct Properties {
-    double volume = 0;                              ///< exact, rounded once
-    std::array<std::array<double, 3>, 2> bounds{};  ///< x, y, z
-    std::uint64_t boxes = 0;
-  };
-  std::vector<std::uint32_t> labels;   ///< by box: 1 .. components.size(), in the order of their first boxes
-  std::vector<Properties> components;  ///< component i has label i + 1
+/// Labels of boxes: those of one connected component have the same one.
+struct Labels {
+  std::vector<std::uint32_t> labels;  ///< by box: 1 .. count, in the order of the components' first boxes
+  std::uint32_t count = 0;
 };
 
-/// Labels the boxes by union-find over their neighbour lists (instead of the two passes with a map of
+/// Labels boxes by union-find over their neighbour lists (instead of the two passes with a map of
 /// equivalences of Cruz-Matías and Ayala, section 3.5). Parallel; the same labels on any number of threads.
-Components find_components(const Decomposition& decomposition, const Adjacency& adjacency);
+Labels label_components(const Adjacency& adjacency);
+
+/// A connected component of a union of disjoint boxes.
+struct Component {
+  std::uint64_t boxes = 0;
+  double volume = 0;                              ///< exact, rounded once
+  std::array<std::array<double, 3>, 2> bounds{};  ///< x, y, z
+};
+
+/// The components of labelled boxes, in the order of the labels. Parallel.
+std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels);
 
 }  // namespace boxunion

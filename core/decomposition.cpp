@@ -17,6 +17,23 @@ namespace {
 
 constexpr std::uint64_t kMostBoxes = 0xffffffffu;
 
+[[noreturn]] void throw_too_many() {
+  throw Error(ErrorKind::resources, "the decomposition has 2^32 boxes or more");
+}
+
+/// Keeps one of those points that are there an odd number of times; they are sorted.
+template <class Points>
+void keep_odd(Points& points) {
+  auto out = points.begin();
+  for (auto i = points.begin(); i != points.end();) {
+    const auto point = *i;
+    bool odd = false;
+    for (; i != points.end() && *i == point; ++i) odd = !odd;
+    if (odd) *out++ = point;
+  }
+  points.erase(out, points.end());
+}
+
 /// Calls add(box) for every interval between neighbouring lines of vertices of every section.
 template <class Add>
 void find_oudb(const Evm& evm, Add&& add) {
@@ -33,24 +50,89 @@ void find_oudb(const Evm& evm, Add&& add) {
   }
 }
 
-/// Calls f(a, rectangles) behind each plane of vertices.
-template <class F>
-void sweep_rectangles(const Evm& evm, F&& f) {
+/// Part of a sweep for the CUDB. Its first boxes, `inherited` of them, go on from the part before.
+struct Part {
+  std::vector<OrdinalBox>
+      boxes;  // hi[0] is kOrdinalMin if they go on into the next part, as lo[0] if inherited
+  std::size_t inherited = 0;
+  std::vector<std::uint32_t> open;  // boxes that go on, in the order in which the next part inherits them
+};
+
+/// A box lasts as long as its rectangle belongs to the section. `before` is the section before the planes.
+Part sweep(std::span<const OrderedPoint<3>> vertices, const ExtremeVertices<2>& before) {
+  Part part;
   SectionRectangles rectangles;
+  const auto pass = [&](const ExtremeVertices<2>& plane, std::uint32_t a) {
+    if (part.boxes.size() + plane.size() > kMostBoxes) throw_too_many();
+    rectangles.pass(plane, std::uint32_t(part.boxes.size()));
+    for (const std::uint32_t box : rectangles.ended()) part.boxes[box].hi[0] = a;
+    for (const SectionRectangle& r : rectangles.begun())
+      part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
+  };
+  pass(before, Axis::kOrdinalMin);
+  part.inherited = part.boxes.size();
   ExtremeVertices<2> plane;
-  std::uint64_t boxes = 0;
-  for (auto v = evm.vertices.begin(); v != evm.vertices.end();) {
+  for (auto v = vertices.begin(); v != vertices.end();) {
     const std::uint32_t a = (*v)[0];
     plane.clear();
-    for (; v != evm.vertices.end() && (*v)[0] == a; ++v) plane.push_back({(*v)[1], (*v)[2]});
-    rectangles.pass(plane, std::uint32_t(boxes));
-    f(a, rectangles);
-    boxes += rectangles.begun().size();
+    for (; v != vertices.end() && (*v)[0] == a; ++v) plane.push_back({(*v)[1], (*v)[2]});
+    pass(plane, a);
   }
+  for (const SectionRectangle& r : rectangles.all()) part.open.push_back(r.box);
+  return part;
 }
 
-unsigned __int128 corner_key(const OrderedPoint<3>& p) {
-  return static_cast<unsigned __int128>(p[0]) << 64 | (std::uint64_t(p[1]) << 32 | p[2]);
+/// What the planes of some vertices change in the section: their symmetric difference.
+ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
+  ExtremeVertices<2> points;
+  points.reserve(vertices.size());
+  for (const OrderedPoint<3>& v : vertices) points.push_back({v[1], v[2]});
+  radix_sort(std::span(points), PointKey());
+  keep_odd(points);
+  return points;
+}
+
+/// Cuts the sweep into parts of whole planes, for as many threads as there are.
+std::vector<Part> sweep_in_parts(const Evm& evm) {
+  constexpr std::size_t kLeastVertices = 1 << 14;
+  const std::size_t threads = thread_count();
+  const std::size_t wanted =
+      threads == 1 ? 1 : std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, 2 * threads);
+  std::vector<std::span<const OrderedPoint<3>>> cuts;
+  for (std::span<const OrderedPoint<3>> rest = evm.vertices; !rest.empty();) {
+    std::size_t count = std::min(rest.size(), evm.vertices.size() / wanted + 1);
+    while (count < rest.size() && rest[count][0] == rest[count - 1][0]) ++count;
+    cuts.push_back(rest.first(count));
+    rest = rest.subspan(count);
+  }
+  std::vector<ExtremeVertices<2>> sections(cuts.size());
+  parallel_ranges(1, std::max<std::size_t>(cuts.size(), 1), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sections[i] = section_change(cuts[i - 1]);
+  });
+  ExtremeVertices<2> sum;
+  for (std::size_t i = 2; i < cuts.size(); ++i) {
+    exclusive_or(sections[i - 1], sections[i], sum);
+    std::swap(sections[i], sum);
+  }
+  std::vector<Part> parts(cuts.size());
+  parallel_ranges(0, cuts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) parts[i] = sweep(cuts[i], sections[i]);
+  });
+  return parts;
+}
+
+/// Appends the boxes of parts in order.
+void join_parts(std::vector<Part> parts, std::vector<OrdinalBox>& boxes) {
+  std::vector<std::uint32_t> open;  // by inherited box of the next part
+  for (Part& part : parts) {
+    const std::size_t shift = boxes.size() - part.inherited;
+    if (part.boxes.size() + shift > kMostBoxes) throw_too_many();
+    for (std::size_t i = 0; i < part.inherited; ++i) boxes[open[i]].hi[0] = part.boxes[i].hi[0];
+    for (std::uint32_t& box : part.open) box = box < part.inherited ? open[box] : std::uint32_t(box + shift);
+    open = std::move(part.open);
+    boxes.insert(boxes.end(), part.boxes.begin() + std::ptrdiff_t(part.inherited), part.boxes.end());
+    part.boxes = {};
+  }
 }
 
 /// Are all coordinates of an axis integers of 32 bits?
@@ -65,16 +147,11 @@ bool holds_int32(const Axis& axis) {
 
 Decomposition decompose(const Evm& evm, BoxModel model) {
   Decomposition result{evm.axes, evm.order, {}};
-  const auto add = [&](const OrdinalBox& box) {
-    if (result.boxes.size() == kMostBoxes)
-      throw Error(ErrorKind::resources, "the decomposition has 2^32 boxes or more");
-    result.boxes.push_back(box);
-  };
   with_memory("the decomposition", sizeof(OrdinalBox) * evm.vertices.size(), [&] {
-    if (model == BoxModel::oudb) return find_oudb(evm, add);
-    sweep_rectangles(evm, [&](std::uint32_t a, const SectionRectangles& rectangles) {
-      for (const std::uint32_t box : rectangles.ended()) result.boxes[box].hi[0] = a;
-      for (const SectionRectangle& r : rectangles.begun()) add({{a, r.b_lo, r.c_lo}, {0, r.b_hi, r.c_hi}});
+    if (model == BoxModel::cudb) return join_parts(sweep_in_parts(evm), result.boxes);
+    find_oudb(evm, [&](const OrdinalBox& box) {
+      if (result.boxes.size() == kMostBoxes) throw_too_many();
+      result.boxes.push_back(box);
     });
   });
   return result;
@@ -85,8 +162,7 @@ std::uint64_t count_boxes(const Evm& evm, BoxModel model) {
   if (model == BoxModel::oudb)
     find_oudb(evm, [&](const OrdinalBox&) { ++count; });
   else
-    sweep_rectangles(
-        evm, [&](std::uint32_t, const SectionRectangles& rectangles) { count += rectangles.begun().size(); });
+    for (const Part& part : sweep_in_parts(evm)) count += part.boxes.size() - part.inherited;
   return count;
 }
 
@@ -103,13 +179,9 @@ Evm make_evm(const Decomposition& decomposition) {
         corners[8 * i + k] = {k & 4 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 1 ? hi[2] : lo[2]};
       }
   });
-  radix_sort(std::span(corners), corner_key);
-  for (std::size_t i = 0; i < corners.size();) {
-    std::size_t j = i;
-    while (j < corners.size() && corners[j] == corners[i]) ++j;
-    if ((j - i) % 2 != 0) evm.vertices.push_back(corners[i]);
-    i = j;
-  }
+  radix_sort(std::span(corners), PointKey());
+  keep_odd(corners);
+  evm.vertices.assign(corners.begin(), corners.end());
   return evm;
 }
 

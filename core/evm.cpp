@@ -1,7 +1,6 @@
 #include "core/evm.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <stdexcept>
 
 #include "core/octants.hpp"
@@ -10,18 +9,6 @@
 
 namespace boxunion {
 namespace {
-
-unsigned __int128 sort_key(const OrderedPoint<3>& p) {
-  return static_cast<unsigned __int128>(p[0]) << 64 | (std::uint64_t(p[1]) << 32 | p[2]);
-}
-
-template <std::size_t D>
-bool precedes(const OrderedPoint<D>& p, const OrderedPoint<D>& q) {
-  if constexpr (D == 2)
-    return (std::uint64_t(p[0]) << 32 | p[1]) < (std::uint64_t(q[0]) << 32 | q[1]);
-  else
-    return p < q;
-}
 
 /// Appends the vertices of a plane at `ordinal`.
 template <std::size_t D>
@@ -139,7 +126,7 @@ Evm make_evm(const Solid& solid, const AxisOrder& order) {
       const std::uint32_t p[] = {v.x, v.y, v.z};
       evm.vertices.push_back({p[order[0]], p[order[1]], p[order[2]]});
     }
-  if (order != kSolidOrder) radix_sort(std::span(evm.vertices), sort_key);
+  if (order != kSolidOrder) radix_sort(std::span(evm.vertices), PointKey());
   return evm;
 }
 
@@ -151,15 +138,29 @@ Evm reorder(const Evm& evm, const AxisOrder& order) {
   for (std::size_t i = 0; i < 3; ++i)
     from[i] = std::size_t(std::find(evm.order.begin(), evm.order.end(), order[i]) - evm.order.begin());
   for (OrderedPoint<3>& p : result.vertices) p = {p[from[0]], p[from[1]], p[from[2]]};
-  radix_sort(std::span(result.vertices), sort_key);
+  radix_sort(std::span(result.vertices), PointKey());
   return result;
 }
 
 template <std::size_t D>
 void exclusive_or(const ExtremeVertices<D>& p, const ExtremeVertices<D>& q, ExtremeVertices<D>& result) {
-  result.clear();
-  std::set_symmetric_difference(p.begin(), p.end(), q.begin(), q.end(), std::back_inserter(result),
-                                precedes<D>);
+  if (p.empty() || q.empty()) {
+    result = p.empty() ? q : p;
+    return;
+  }
+  result.resize(p.size() + q.size());
+  const OrderedPoint<D>*i = p.data(), *const p_end = i + p.size(), *j = q.data(), *const q_end = j + q.size();
+  OrderedPoint<D>* out = result.data();
+  while (i != p_end && j != q_end) {
+    const auto i_key = PointKey()(*i), j_key = PointKey()(*j);
+    *out = j_key < i_key ? *j : *i;
+    out += i_key != j_key;
+    i += i_key <= j_key;
+    j += j_key <= i_key;
+  }
+  out = std::copy(i, p_end, out);
+  out = std::copy(j, q_end, out);
+  result.resize(std::size_t(out - result.data()));
 }
 template void exclusive_or(const ExtremeVertices<1>&, const ExtremeVertices<1>&, ExtremeVertices<1>&);
 template void exclusive_or(const ExtremeVertices<2>&, const ExtremeVertices<2>&, ExtremeVertices<2>&);

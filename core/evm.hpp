@@ -30,6 +30,15 @@ std::optional<AxisOrder> axis_order(std::string_view name);
 template <std::size_t D>
 using OrderedPoint = std::array<std::uint32_t, D>;
 
+/// A number that sorts as the point does.
+struct PointKey {
+  std::uint32_t operator()(const OrderedPoint<1>& p) const { return p[0]; }
+  std::uint64_t operator()(const OrderedPoint<2>& p) const { return std::uint64_t(p[0]) << 32 | p[1]; }
+  unsigned __int128 operator()(const OrderedPoint<3>& p) const {
+    return static_cast<unsigned __int128>(p[0]) << 64 | (std::uint64_t(p[1]) << 32 | p[2]);
+  }
+};
+
 /// The extreme vertices of a solid in D dimensions, sorted: a complete model of it (Aguilera, "Orthogonal
 /// Polyhedra: Study and Application", 1998).
 template <std::size_t D>

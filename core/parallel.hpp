@@ -13,6 +13,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
+#include <tbb/task_arena.h>
 #endif
 
 namespace boxunion {
@@ -27,6 +28,11 @@ namespace library = plain_threads;
 #else
 namespace library = tbb;
 #endif
+
+/// How many threads work at once.
+inline std::size_t thread_count() {
+  return static_cast<std::size_t>(library::this_task_arena::max_concurrency());
+}
 
 /// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
 template <class F>

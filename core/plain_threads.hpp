@@ -29,6 +29,12 @@ class blocked_range {
   T begin_, end_, grain_;
 };
 
+namespace this_task_arena {
+inline int max_concurrency() {
+  return 3;
+}
+}  // namespace this_task_arena
+
 /// Three threads share the range in pieces; the first exception comes back.
 template <class T, class F>
 void parallel_for(const blocked_range<T>& range, const F& f) {

@@ -26,6 +26,10 @@ void SectionRectangles::pass(const ExtremeVertices<2>& plane, std::uint32_t firs
 
 void SectionRectangles::find_changed_lines(const ExtremeVertices<2>& plane) {
   changed_lines_.clear();
+  if (plane.size() > rectangles_.size()) {  // gaps would not pay
+    if (!plane.empty()) changed_lines_.push_back({plane.front()[0], plane.back()[0]});
+    return;
+  }
   bool inside = false;
   for (SectionSweep<2> lines{std::span(plane)}; lines.next() != Axis::kOrdinalMax;) {
     const std::uint32_t b = lines.next();
@@ -57,26 +61,24 @@ void SectionRectangles::renew(const ExtremeVertices<2>& plane) {
 
   renewed_.clear();
   line_.clear();
-  SectionSweep<2> changed{std::span(plane)};
   auto begin = touched_.begin();
   auto end = ends_.begin();
+  auto point = plane.begin();
   for (;;) {
     const std::uint32_t b = std::min({begin == touched_.end() ? Axis::kOrdinalMax : begin->b_lo,
-                                      end == ends_.end() ? Axis::kOrdinalMax : end->b_hi, changed.next()});
+                                      end == ends_.end() ? Axis::kOrdinalMax : end->b_hi,
+                                      point == plane.end() ? Axis::kOrdinalMax : (*point)[0]});
     if (b == Axis::kOrdinalMax) break;
     begin_points_.clear();
     end_points_.clear();
+    plane_points_.clear();
     for (; begin != touched_.end() && begin->b_lo == b; ++begin)
       begin_points_.insert(begin_points_.end(), {{begin->c_lo}, {begin->c_hi}});
     for (; end != ends_.end() && end->b_hi == b; ++end)
       end_points_.insert(end_points_.end(), {{end->c_lo}, {end->c_hi}});
+    for (; point != plane.end() && (*point)[0] == b; ++point) plane_points_.push_back({(*point)[1]});
     exclusive_or(begin_points_, end_points_, moved_);
-    if (changed.next() == b) {
-      changed.advance();
-      exclusive_or(moved_, changed.plane(), changes_);
-    } else {
-      std::swap(moved_, changes_);
-    }
+    exclusive_or(moved_, plane_points_, changes_);
     if (!changes_.empty()) change_line(b, changes_);
   }
 }

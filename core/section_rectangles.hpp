@@ -27,6 +27,8 @@ class SectionRectangles {
   /// the order of their low corners.
   void pass(const ExtremeVertices<2>& plane, std::uint32_t first_box);
 
+  /// All of the section, sorted by their low corners.
+  std::span<const SectionRectangle> all() const { return rectangles_; }
   /// What the plane changed: the boxes of the rectangles that are no more, and the new rectangles.
   std::span<const std::uint32_t> ended() const { return ended_; }
   std::span<const SectionRectangle> begun() const { return begun_; }
@@ -54,7 +56,7 @@ class SectionRectangles {
   std::vector<std::uint32_t> ended_;
   std::vector<End> ends_, sorting_;  // high ends of the touched rectangles, sorted
   std::vector<Interval> line_, window_;
-  ExtremeVertices<1> begin_points_, end_points_, moved_, changes_, old_points_, new_points_;
+  ExtremeVertices<1> begin_points_, end_points_, plane_points_, moved_, changes_, old_points_, new_points_;
 };
 
 }  // namespace boxunion

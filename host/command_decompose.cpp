@@ -18,7 +18,7 @@
 namespace boxunion::command {
 namespace {
 
-/// The union of the boxes in a file as disjoint boxes, in an order whose first boxes come first in z, y, x.
+/// So that components are numbered in the order of their first points in z, y, x.
 constexpr AxisOrder kLabelOrder = {2, 1, 0};
 
 const char* name(Model model) {
@@ -111,13 +111,13 @@ void label(const std::string& input, const std::string& output, const std::strin
     stages.finish("boxes");
     const Adjacency adjacency = find_neighbors(boxes, connectivity);
     stages.finish("neighbors");
-    const Components found = find_components(boxes, adjacency);
-    stages.finish("components");
-    results = {count_result("components", found.components.size()),
+    const Labels labels = label_components(adjacency);
+    stages.finish("labels");
+    results = {count_result("components", labels.count),
                count_result("connectivity", std::uint64_t(connectivity)),
                count_result("boxes", boxes.boxes.size())};
-    if (file) write_labelled_boxes(to_boxes(boxes), found.labels, std::move(*file));
-    if (table) write_components(found.components, std::move(*table));
+    if (file) write_labelled_boxes(to_boxes(boxes), labels.labels, std::move(*file));
+    if (table) write_components(measure_components(boxes, labels), std::move(*table));
   });
   bar.clear();
   if (!output.empty()) results.push_back(string_result("output", output));

@@ -273,12 +273,12 @@ void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const
   });
 }
 
-void write_components(OutputFile& file, std::span<const Components::Properties> components) {
+void write_components(OutputFile& file, std::span<const Component> components) {
   file.write("label,boxes,volume,");
   file.write(kHeader);
   file.write("\n");
   write_rows(file, components.size(), [&](std::size_t row, fmt::memory_buffer& text) {
-    const Components::Properties& c = components[row];
+    const Component& c = components[row];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{},{},{},{},{}\n"), row + 1, c.boxes,
                    c.volume, c.bounds[0][0], c.bounds[0][1], c.bounds[0][2], c.bounds[1][0], c.bounds[1][1],
                    c.bounds[1][2]);

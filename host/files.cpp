@@ -116,7 +116,7 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
   file.commit();
 }
 
-void write_components(std::span<const Components::Properties> components, OutputFile file) {
+void write_components(std::span<const Component> components, OutputFile file) {
   is_csv(file) ? csv::write_components(file, components) : npy::write_components(file, components);
   file.commit();
 }

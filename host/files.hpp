@@ -88,7 +88,7 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
 /// Writes and commits a table of components in the order of their labels: columns label, boxes, volume, xmin,
 /// ymin, zmin, xmax, ymax, zmax; in NPY a structured array with the fields `label` and `boxes` (uint64),
 /// `volume` (float64) and `bounds` (six float64).
-void write_components(std::span<const Components::Properties> components, OutputFile file);
+void write_components(std::span<const Component> components, OutputFile file);
 
 /// Writes and commits a boundary as a mesh, in the same order whatever the number of threads.
 ///

@@ -24,7 +24,7 @@ void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertices(OutputFile& file, const Solid& solid);
 void write_extreme_vertices(OutputFile& file, const Evm& evm);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
-void write_components(OutputFile& file, std::span<const Components::Properties> components);
+void write_components(OutputFile& file, std::span<const Component> components);
 
 }  // namespace boxunion::csv
 
@@ -38,7 +38,7 @@ void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertices(OutputFile& file, const Solid& solid);
 void write_extreme_vertices(OutputFile& file, const Evm& evm);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
-void write_components(OutputFile& file, std::span<const Components::Properties> components);
+void write_components(OutputFile& file, std::span<const Component> components);
 
 }  // namespace boxunion::npy
 

@@ -295,11 +295,11 @@ void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const
   });
 }
 
-void write_components(OutputFile& file, std::span<const Components::Properties> components) {
+void write_components(OutputFile& file, std::span<const Component> components) {
   write_header(file, "[('label', '<u8'), ('boxes', '<u8'), ('volume', '<f8'), ('bounds', '<f8', (6,))]",
                fmt::format("({},)", components.size()));
   for (std::size_t i = 0; i < components.size(); ++i) {
-    const Components::Properties& c = components[i];
+    const Component& c = components[i];
     file.write_array(std::span<const std::uint64_t>(std::array<std::uint64_t, 2>{i + 1, c.boxes}));
     file.write_array(std::span(&c.volume, 1));
     for (const auto& corner : c.bounds) file.write_array(std::span<const double>(corner));

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -205,8 +206,10 @@ void check_neighbors(const Decomposition& decomposition, Connectivity connectivi
 
 void check_components(const Decomposition& decomposition, Connectivity connectivity, const Grid& grid) {
   const Adjacency adjacency = find_neighbors(decomposition, connectivity);
-  const Components found = find_components(decomposition, adjacency);
-  ASSERT_EQ(found.components.size(), grid.components(connectivity));
+  const Labels found = label_components(adjacency);
+  const std::vector<Component> components = measure_components(decomposition, found);
+  ASSERT_EQ(found.count, grid.components(connectivity));
+  ASSERT_EQ(components.size(), found.count);
   std::uint32_t seen = 0;
   std::map<std::uint32_t, std::vector<Box>> by_label;
   const BoxSet boxes = to_boxes(decomposition);
@@ -218,9 +221,9 @@ void check_components(const Decomposition& decomposition, Connectivity connectiv
     for (const NeighborLists& lists : adjacency.forward)
       for (const std::uint32_t other : lists[i]) ASSERT_EQ(found.labels[other], label);
   }
-  ASSERT_EQ(seen, found.components.size());
+  ASSERT_EQ(seen, found.count);
   for (const auto& [label, part] : by_label) {
-    const Components::Properties& properties = found.components[label - 1];
+    const Component& properties = components[label - 1];
     const MassProperties expected = measure(BoxSet(part), {.device = "native", .threads = 1});
     ASSERT_EQ(properties.boxes, part.size());
     ASSERT_EQ(properties.volume, expected.volume);
@@ -319,6 +322,24 @@ void round_trips(const BoxSet& boxes, bool with_oudb = true) {
   }
 }
 
+TEST(Decomposition, IsTheSameOnAnyNumberOfThreads) {
+  for (const BoxSet& boxes :
+       {BoxSet(collect(generate_cubes(20000, 90, 4000, 1))), BoxSet(collect(generate_checkerboard(40))),
+        BoxSet(collect(generate_boxes(4000, 1, 800, 1000, 3)))}) {
+    const Solid solid = solid_of(boxes);
+    for (const AxisOrder& order : kAxisOrders) {
+      const Evm evm = make_evm(solid, order);
+      const auto on_threads = [&](int threads) {
+        tbb::task_arena arena(threads);
+        return arena.execute([&] { return decompose(evm, BoxModel::cudb).boxes; });
+      };
+      const std::vector<OrdinalBox> expected = on_threads(1);
+      for (const int threads : {2, 7}) ASSERT_EQ(on_threads(threads), expected);
+      ASSERT_EQ(count_boxes(evm, BoxModel::cudb), expected.size());
+    }
+  }
+}
+
 TEST(Decomposition, RoundTripsOfManyBoxes) {
   round_trips(BoxSet(collect(generate_cubes(2000, 60, 1000, 1))));
   round_trips(BoxSet(collect(generate_cubes(3000, 10, 60, 2))));
@@ -397,7 +418,7 @@ TEST(EvmCombine, Identities) {
 TEST(Components, KnownValues) {
   const auto count = [](const BoxSet& boxes, Connectivity connectivity) {
     const Decomposition cudb = decompose(make_evm(solid_of(boxes), {2, 1, 0}), BoxModel::cudb);
-    return find_components(cudb, find_neighbors(cudb, connectivity)).components.size();
+    return label_components(find_neighbors(cudb, connectivity)).count;
   };
   const BoxSet checkerboard(collect(generate_checkerboard(20)));
   EXPECT_EQ(count(checkerboard, Connectivity::faces), 4000u);
