@@ -7,13 +7,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "bench/timing.hpp"
 #include "core/brep.hpp"
 #include "core/triangulation.hpp"
 #include "host/engine.hpp"
@@ -58,15 +58,7 @@ bool is_right(const Mesh& mesh, const MassProperties& mass) {
 
 template <class F>
 double median_milliseconds(int runs, F&& run) {
-  std::vector<double> all;
-  for (int i = 0; i < runs; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    run();
-    all.push_back(
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-  }
-  std::sort(all.begin(), all.end());
-  return all[all.size() / 2];
+  return 1000 * median_seconds(runs, run);
 }
 
 }  // namespace

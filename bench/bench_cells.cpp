@@ -10,13 +10,13 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <set>
 #include <string>
 
+#include "bench/timing.hpp"
 #include "core/generate.hpp"
 #include "host/engine.hpp"
 
@@ -25,23 +25,11 @@ namespace {
 
 int runs = 5;
 
-template <class F>
-double seconds_of(F&& f) {
-  const auto start = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 double cpu_seconds() {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
   const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 /// Cubes of one edge at integer positions in a universe of 32 768.

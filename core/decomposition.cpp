@@ -95,9 +95,7 @@ ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
 /// Cuts the sweep into parts of whole planes, for as many threads as there are.
 std::vector<Part> sweep_in_parts(const Evm& evm) {
   constexpr std::size_t kLeastVertices = 1 << 14;
-  const std::size_t threads = thread_count();
-  const std::size_t wanted =
-      threads == 1 ? 1 : std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, 2 * threads);
+  const std::size_t wanted = std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, thread_count());
   std::vector<std::span<const OrderedPoint<3>>> cuts;
   for (std::span<const OrderedPoint<3>> rest = evm.vertices; !rest.empty();) {
     std::size_t count = std::min(rest.size(), evm.vertices.size() / wanted + 1);

@@ -1,0 +1,156 @@
+// Tables 1 and 2 of Cruz-Matías and Ayala, CUDB, on generated volumes of the sizes of theirs: bytes of the
+// models, seconds of the conversions and of labelling, each as XYZ, with their figures beside. Conversions to
+// boxes include the neighbour lists, as theirs do. Every result is checked before it is timed. Prints
+// Markdown; times are medians.
+//
+//   bench_decomposition [RUNS]    default: 5
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bench/timing.hpp"
+#include "core/adjacency.hpp"
+#include "core/components.hpp"
+#include "core/decomposition.hpp"
+#include "core/generate_volume.hpp"
+#include "core/voxel_boxes.hpp"
+#include "host/engine.hpp"
+
+namespace boxunion {
+namespace {
+
+/// A row of their tables; seconds.
+struct Published {
+  std::size_t oudb_boxes, cudb_boxes;
+  double evm_to_oudb, evm_to_cudb, oudb_to_evm, cudb_to_evm, label_oudb, label_cudb;
+};
+
+/// Their labelling (section 3.5, algorithms 3 to 5), the rival: two passes over the boxes with a map of
+/// equivalences.
+class TwoPassLabels {
+ public:
+  explicit TwoPassLabels(const Adjacency& adjacency) : labels_(adjacency.backward[0].offsets.size() - 1, 0) {
+    std::uint32_t next = 1;
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      std::uint32_t lowest = labels_[i];  // a box may have its label from one that it is backward of
+      const auto for_each_neighbor = [&](auto&& f) {
+        for (const NeighborLists& lists : adjacency.backward)
+          for (const std::uint32_t other : lists[i]) f(labels_[other]);
+      };
+      for_each_neighbor([&](std::uint32_t label) {
+        if (label != 0) lowest = lowest == 0 ? label : std::min(lowest, label);
+      });
+      if (lowest == 0) lowest = next++;
+      if (labels_[i] != 0) make_equivalence(labels_[i], lowest);
+      labels_[i] = lowest;
+      for_each_neighbor([&](std::uint32_t& label) {
+        if (label != 0) make_equivalence(label, lowest);
+        label = lowest;
+      });
+    }
+    for (auto& [from, to] : equivalences_)
+      for (auto i = equivalences_.find(to); i != equivalences_.end(); i = equivalences_.find(to))
+        to = i->second;
+    std::map<std::uint32_t, std::uint32_t> consecutive;
+    for (std::uint32_t& label : labels_) {
+      if (const auto i = equivalences_.find(label); i != equivalences_.end()) label = i->second;
+      label = consecutive.emplace(label, std::uint32_t(consecutive.size() + 1)).first->second;
+    }
+  }
+  const std::vector<std::uint32_t>& labels() const { return labels_; }
+
+ private:
+  /// a >= b
+  void make_equivalence(std::uint32_t a, std::uint32_t b) {
+    if (a == b) return;
+    const auto [i, is_new] = equivalences_.emplace(a, b);
+    if (is_new) return;
+    const std::uint32_t old = i->second;
+    i->second = std::min(old, b);
+    make_equivalence(std::max(old, b), std::min(old, b));
+  }
+  std::vector<std::uint32_t> labels_;
+  std::map<std::uint32_t, std::uint32_t> equivalences_;
+};
+
+[[noreturn]] void fail(const std::string& what) {
+  fmt::print("wrong: {}\n", what);
+  std::exit(1);
+}
+
+void run(const std::string& name, const Volume& volume, const Published& published, int runs) {
+  const Solid solid = unite(voxel_boxes(stream_of(volume)), {.device = "native"});
+  const Evm evm = make_evm(solid, {0, 1, 2});
+  struct Model {
+    Decomposition boxes;
+    Adjacency adjacency;
+    double from_evm = 0, to_evm = 0, label = 0, label_in_two_passes = 0;
+    std::uint32_t components = 0;
+    std::size_t bytes() const { return boxes.boxes.size() * sizeof(OrdinalBox) + adjacency.bytes(); }
+  };
+  const auto measure = [&](BoxModel kind) {
+    Model model;
+    const auto convert = [&] {
+      model.boxes = decompose(evm, kind);
+      model.adjacency = find_neighbors(model.boxes, Connectivity::faces);
+    };
+    convert();
+    if (make_evm(model.boxes).vertices != evm.vertices)
+      fail(name + ": the boxes do not give the extreme vertices");
+    const Labels labels = label_components(model.adjacency);
+    if (TwoPassLabels(model.adjacency).labels() != labels.labels) fail(name + ": labels");
+    model.components = labels.count;
+    model.from_evm = median_seconds(runs, convert);
+    model.to_evm = median_seconds(runs, [&] { make_evm(model.boxes); });
+    model.label = median_seconds(runs, [&] { label_components(model.adjacency); });
+    model.label_in_two_passes = median_seconds(runs, [&] { TwoPassLabels{model.adjacency}; });
+    return model;
+  };
+  const Model oudb = measure(BoxModel::oudb), cudb = measure(BoxModel::cudb);
+  if (oudb.components != cudb.components) fail(name + ": components");
+
+  fmt::print("\n**{}**, {} x {} x {}: {} extreme vertices, {} components\n\n", name, volume.grid.size[0],
+             volume.grid.size[1], volume.grid.size[2], evm.vertices.size(), oudb.components);
+  fmt::print("| | ours | theirs | theirs / ours, by box |\n|---|---|---|---|\n");
+  const auto count_row = [](const char* what, std::size_t ours, std::size_t theirs) {
+    fmt::print("| {} | {} | {} | |\n", what, ours, theirs == 0 ? "-" : std::to_string(theirs));
+  };
+  count_row("EVM, bytes", evm.vertices.size() * sizeof(evm.vertices[0]), 0);
+  count_row("OUDB, boxes", oudb.boxes.boxes.size(), published.oudb_boxes);
+  count_row("OUDB, bytes", oudb.bytes(), 0);
+  count_row("CUDB, boxes", cudb.boxes.boxes.size(), published.cudb_boxes);
+  count_row("CUDB, bytes", cudb.bytes(), 0);
+  const double oudb_scale = double(oudb.boxes.boxes.size()) / double(published.oudb_boxes);
+  const double cudb_scale = double(cudb.boxes.boxes.size()) / double(published.cudb_boxes);
+  const auto time_row = [](const char* what, double ours, double theirs, double scale) {
+    fmt::print("| {}, s | {:.4f} | {} | {:.0f} |\n", what, ours, theirs, theirs * scale / ours);
+  };
+  time_row("EVM to OUDB", oudb.from_evm, published.evm_to_oudb, oudb_scale);
+  time_row("EVM to CUDB", cudb.from_evm, published.evm_to_cudb,
+           oudb_scale);  // works through the OUDB's boxes
+  time_row("OUDB to EVM", oudb.to_evm, published.oudb_to_evm, oudb_scale);
+  time_row("CUDB to EVM", cudb.to_evm, published.cudb_to_evm, cudb_scale);
+  time_row("labels on OUDB", oudb.label, published.label_oudb, oudb_scale);
+  time_row("labels on CUDB", cudb.label, published.label_cudb, cudb_scale);
+  fmt::print("| labels on CUDB by their two passes, here, s | {:.4f} | | {:.1f} |\n",
+             cudb.label_in_two_passes, cudb.label_in_two_passes / cudb.label);
+}
+
+}  // namespace
+}  // namespace boxunion
+
+int main(int argc, char** argv) {
+  using namespace boxunion;
+  const int runs = argc > 1 ? std::atoi(argv[1]) : 5;
+  run("Phantom", generate_phantom({500, 500, 500}), {24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001},
+      runs);
+  run("Aneurysm", generate_porous({213, 215, 240}, {.pores = 0.995, .feature = 7}, 1),
+      {12'825, 10'705, 0.351, 0.429, 0.189, 0.139, 0.050, 0.012}, runs);
+  run("Stone", generate_porous({159, 271, 179}, {.pores = 0.885, .feature = 5}, 1),
+      {161'751, 124'717, 4.280, 13.233, 2.163, 1.953, 2.004, 0.162}, runs);
+  return 0;
+}
