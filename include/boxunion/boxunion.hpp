@@ -1,12 +1,16 @@
 #pragma once
 
 /// Everything that boxunion offers to programs: boxes from memory, files or generators, their union, its mass
-/// properties and its boundary on any device, and files of vertices and meshes.
+/// properties, its boundary and disjoint boxes on any device, and their files.
 
+#include "core/adjacency.hpp"
 #include "core/axis.hpp"
 #include "core/box.hpp"
 #include "core/brep.hpp"
+#include "core/components.hpp"
+#include "core/decomposition.hpp"
 #include "core/error.hpp"
+#include "core/evm.hpp"
 #include "core/generate.hpp"
 #include "core/mass.hpp"
 #include "core/octants.hpp"
