@@ -100,6 +100,7 @@ class Parser {
   }
 
   std::vector<std::string> names;
+  std::vector<std::size_t> columns;
   std::vector<Step> steps;
 
  private:
@@ -113,7 +114,7 @@ class Parser {
     switch (token.kind) {
       case Token::Kind::name:
         results_.push_back({steps.size(), 1});
-        steps.push_back({Kind::operand, operand(token.text)});
+        steps.push_back({Kind::operand, operand(token)});
         return false;
       case Token::Kind::open:
         waiting_.push_back(token);
@@ -179,9 +180,12 @@ class Parser {
     }
   }
 
-  std::uint32_t operand(std::string_view name) {
-    const auto [at, is_new] = indices_.try_emplace(name, std::uint32_t(names.size()));
-    if (is_new) names.emplace_back(name);
+  std::uint32_t operand(const Token& name) {
+    const auto [at, is_new] = indices_.try_emplace(name.text, std::uint32_t(names.size()));
+    if (is_new) {
+      names.emplace_back(name.text);
+      columns.push_back(name.position + 1);
+    }
     return at->second;
   }
 
@@ -197,8 +201,14 @@ Expression Expression::parse(std::string_view text) {
   parser.parse(text);
   Expression expression;
   expression.names_ = std::move(parser.names);
+  expression.columns_ = std::move(parser.columns);
   expression.steps_ = std::move(parser.steps);
   return expression;
+}
+
+bool Expression::is_name(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, is_name_character) &&
+         !std::isdigit(static_cast<unsigned char>(text[0])) && !operation_of(text);
 }
 
 Expression Expression::one_operand() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -45,11 +46,15 @@ class Expression {
 
   /// Throws Error(usage) that names the column, counted from 1, what is there and what was expected.
   static Expression parse(std::string_view text);
+  /// May it be the name of an operand?
+  static bool is_name(std::string_view text);
   /// The union of the boxes of one set.
   static Expression one_operand();
 
   /// Of the operands, in order of their first appearance.
   const std::vector<std::string>& names() const { return names_; }
+  /// Where each name first appears, counted from 1.
+  const std::vector<std::size_t>& columns() const { return columns_; }
   /// In an order that keeps the stack low (Sethi and Ullman): of two results the one that needs more of it
   /// comes first.
   std::span<const Step> steps() const { return steps_; }
@@ -58,6 +63,7 @@ class Expression {
 
  private:
   std::vector<std::string> names_;
+  std::vector<std::size_t> columns_;
   std::vector<Step> steps_;
 };
 

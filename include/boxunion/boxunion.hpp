@@ -7,6 +7,7 @@
 #include "core/box.hpp"
 #include "core/brep.hpp"
 #include "core/error.hpp"
+#include "core/expression.hpp"
 #include "core/generate.hpp"
 #include "core/mass.hpp"
 #include "core/octants.hpp"
