@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/generate.hpp"
 #include "core/points.hpp"
@@ -33,6 +34,11 @@ struct BoundaryOptions {
 /// Writes the boundary of the union of the boxes in `input` to `output`: vertices or a mesh.
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common);
+
+/// Prints the mass properties of a boolean expression over sets of boxes, given as NAME=FILE; writes its
+/// boundary to `output` unless that is empty. Warns of sets that the expression does not name.
+void combine(const std::string& expression, const std::vector<std::string>& sets, const std::string& output,
+             const BoundaryOptions& boundary_options, const Common& common);
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);

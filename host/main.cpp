@@ -26,12 +26,28 @@ Examples:
   boxunion measure --json --device native - < boxes.csv
   boxunion boundary boxes.csv -o vertices.csv
   boxunion boundary boxes.csv -o boxes.3mf
+  boxunion combine "A and B not C" A=a.csv B=b.npy C=c.csv
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64).
 
 Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
 130 interrupted.)";
+
+constexpr const char* kExpressions = R"(
+Operations, from those that bind tightest; equal ones go from left to right:
+  A and B   A & B   in both
+  A not B   A - B   in A but not in B; also "A minus B", "A and not B"
+  A xor B   A ^ B   in one of them
+  A or B    A | B   in any of them
+Names have letters, digits and _. Each set stands for the union of its boxes; what has no thickness is left out.
+
+Examples:
+  boxunion combine "A not B" A=block.csv B=holes.npy --json
+  boxunion combine "metal and (via1 or via2) not cut" metal=m.npy via1=a.npy via2=b.npy cut=c.csv -o out.stl)";
+
+constexpr const char* kBoundaryOutput =
+    "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf";
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
@@ -64,6 +80,7 @@ class CommandLine {
     app_.require_subcommand(1);
     add_measure();
     add_boundary();
+    add_combine();
     add_generate();
     add_devices();
     app_.footer(kExamples);  // last: subcommands inherit what is there before them
@@ -103,16 +120,23 @@ class CommandLine {
   void add_boundary() {
     CLI::App* sub = app_.add_subcommand("boundary", "The boundary of the union: its vertices, or a mesh");
     add_input(sub);
-    add_output(sub, "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf");
-    sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons");
-    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
-                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
-                                           "Edges with four faces and vertices where corners touch: keep, or "
-                                           "split into copies, so that the mesh is a "
-                                           "manifold (default: split for .stl and .3mf, else keep)");
+    add_boundary_options(sub, add_output(sub, kBoundaryOutput));
     add_engine_options(sub);
     add_print_options(sub);
     sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
+  }
+
+  void add_combine() {
+    CLI::App* sub =
+        app_.add_subcommand("combine", "Boolean expressions over sets of boxes: mass properties, boundary");
+    sub->add_option("EXPRESSION", expression_, "For example \"A and (B or C) not D\", see below")->required();
+    sub->add_option("NAME=FILE", sets_, "Boxes of each set: .csv, .npy, or - for CSV on standard input")
+        ->required();
+    add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->footer(kExpressions);
+    sub->callback([this] { command::combine(expression_, sets_, output_, boundary_, common_); });
   }
 
   void add_generate() {
@@ -152,8 +176,19 @@ class CommandLine {
     sub->add_option("FILE", input_, "Boxes: .csv, .npy, or - for CSV on standard input")->required();
   }
 
-  void add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
-    sub->add_option("-o,--output", output_, help)->required();
+  CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
+    return sub->add_option("-o,--output", output_, help)->required();
+  }
+
+  void add_boundary_options(CLI::App* sub, CLI::Option* output) {
+    sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons")
+        ->needs(output);
+    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
+                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
+                                           "Edges with four faces and vertices where corners touch: keep, or "
+                                           "split into copies, so that the mesh is a "
+                                           "manifold (default: split for .stl and .3mf, else keep)")
+        ->needs(output);
   }
 
   void add_threads(CLI::App* sub) {
@@ -216,7 +251,8 @@ class CommandLine {
   CLI::App app_;
   command::Common common_;
   command::BoundaryOptions boundary_;
-  std::string input_, output_;
+  std::string input_, output_, expression_;
+  std::vector<std::string> sets_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;
