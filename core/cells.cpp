@@ -76,7 +76,7 @@ PackedRegion TileCutter::Grid::cell(std::uint32_t x, std::uint32_t y, std::uint3
 }
 
 TileCutter::TileCutter(Tuning tuning, std::size_t operands)
-    : tuning_(tuning), levels_(kMostDepth + 1), presence_(operands), ranges_(operands) {
+    : tuning_(tuning), levels_(kMostDepth + 1), presence_(operands), cell_boxes_(operands) {
   if (!tuning_.cell_boxes) tuning_.cell_boxes = kDefaultCellBoxes;
 }
 
@@ -399,9 +399,7 @@ void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::si
         const Items own(level.sorted.data() + level.start[c], level.start[c + 1] - level.start[c]);
         if (!own.empty())
           cut_region(grid.cell(x, y, z), own, steps, depth + 1);
-        else if (any_covered && level.covered[c])
-          add_covered(grid.cell(x, y, z));
-        else if (!empty_without_boxes)
+        else if (!empty_without_boxes || (any_covered && level.covered[c]))
           add_covered(grid.cell(x, y, z));
       }
 }
@@ -594,50 +592,16 @@ void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) 
 
 /// Tells the kernel what the last cell is; the reach of one with steps is the kernel's business.
 void TileCutter::add_program(const PackedRegion& region, Items items, Steps steps) {
-  using Operation = CellStep::Operation;
-  const auto first_step = std::uint32_t(batch_->steps.size());
-  if (steps.empty())
+  if (steps.empty()) {
+    batch_->programs.emplace_back();
     for (const std::uint32_t i : items) reach_.extend(boxes_[i], region);
-  else
-    each_operand(items, [&](Items of_one) { ranges_[operands_[of_one.front()]] = of_one; });
-  const auto last_is_push = [&] {
-    return batch_->steps.size() > first_step + 1 && batch_->steps.back().operation == Operation::push;
-  };
-  for (const Step step : steps) {
-    const auto join_last = [&](Operation with_boxes, Operation otherwise) {
-      if (last_is_push())
-        batch_->steps.back().operation = with_boxes;
-      else
-        batch_->steps.push_back({otherwise, 0, 0});
-    };
-    switch (step.kind) {
-      case Step::Kind::operand: {
-        const Items range = ranges_[step.operand];
-        batch_->steps.push_back(
-            {Operation::push, std::uint32_t(range.data() - items.data()), std::uint32_t(range.size())});
-        break;
-      }
-      case Step::Kind::union_of_both:
-        join_last(Operation::unite, Operation::union_of_both);
-        break;
-      case Step::Kind::difference:
-        join_last(Operation::carve, Operation::difference);
-        break;
-      case Step::Kind::complement:
-        batch_->steps.push_back({Operation::complement, 0, 0});
-        break;
-      case Step::Kind::intersection:
-        batch_->steps.push_back({Operation::intersection, 0, 0});
-        break;
-      case Step::Kind::symmetric_difference:
-        batch_->steps.push_back({Operation::symmetric_difference, 0, 0});
-        break;
-      case Step::Kind::reversed_difference:
-        batch_->steps.push_back({Operation::reversed_difference, 0, 0});
-        break;
-    }
+    return;
   }
-  batch_->programs.push_back({first_step, std::uint32_t(batch_->steps.size()) - first_step});
+  each_operand(items, [&](Items of_one) {
+    cell_boxes_[operands_[of_one.front()]] = {std::uint32_t(of_one.data() - items.data()),
+                                              std::uint32_t(of_one.size())};
+  });
+  batch_->programs.push_back(append_program(steps, cell_boxes_, batch_->steps));
 }
 
 void TileCutter::add_covered(const PackedRegion& region) {

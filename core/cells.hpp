@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/cell_program.hpp"
 #include "core/clusters.hpp"
 #include "core/expression.hpp"
 #include "core/mass.hpp"
@@ -26,29 +27,6 @@ struct Cell {
 struct CellRun {
   std::uint32_t first = 0, count = 0;
   std::array<std::uint32_t, 3> origin{};
-};
-
-/// One operation of a cell's program, as the kernels read it: an expression over the cell's boxes, in postfix
-/// order. Boxes that are united with the last result or taken out of it need no result of their own.
-struct CellStep {
-  enum class Operation : std::uint32_t {
-    push,   ///< a new result: the union of some boxes
-    unite,  ///< the last result and some boxes
-    carve,  ///< the last result without some boxes
-    complement,
-    intersection,
-    union_of_both,
-    symmetric_difference,
-    difference,
-    reversed_difference
-  };
-  Operation operation = Operation::push;
-  std::uint32_t first = 0, count = 0;  ///< push, unite, carve: boxes, counted from the cell's first one
-};
-
-/// A cell's program; without steps, the cell is the union of its boxes.
-struct CellProgram {
-  std::uint32_t first = 0, count = 0;  ///< in CellBatch::steps
 };
 
 /// Cells of one or more tiles with their boxes, ready for a kernel.
@@ -191,9 +169,9 @@ class TileCutter {
   Clusters clusters_;
   std::vector<std::uint32_t> all_;  // 0, 1, 2, ...
   std::vector<Level> levels_;
-  std::deque<Level> halvings_;      // by depth: relevant boxes and steps only
-  std::vector<Presence> presence_;  // by operand
-  std::vector<Items> ranges_;       // boxes of each operand of a cell
+  std::deque<Level> halvings_;         // by depth: relevant boxes and steps only
+  std::vector<Presence> presence_;     // by operand
+  std::vector<CellBoxes> cell_boxes_;  // by operand
   Level cluster_;
   std::vector<std::uint32_t> stack_;               // boxes of the cells being halved
   std::array<std::vector<std::uint32_t>, 3> own_;  // distinct coordinates of a region, sorted
