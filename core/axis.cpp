@@ -122,21 +122,24 @@ Axis lattice_of(const Extent& extent) {
   return Axis::lattice(first - 1, exponent, static_cast<std::uint32_t>(steps) + 1);
 }
 
-/// The axes that are lattices; the others have no ordinals yet.
-template <class Boxes>
-Axes lattices_of(const Boxes& boxes) {
-  if (boxes.empty()) return {};
-  const Extents extents = parallel_reduce(
-      0, boxes.size(), kGrain, Extents{},
-      [&](std::size_t begin, std::size_t end, Extents extents) {
-        const Extents more = scan(boxes.data() + begin, end - begin);
-        for (unsigned axis = 0; axis < 3; ++axis) extents[axis].join(more[axis]);
-        return extents;
-      },
-      [](Extents a, const Extents& b) {
-        for (unsigned axis = 0; axis < 3; ++axis) a[axis].join(b[axis]);
-        return a;
-      });
+/// The axes that are lattices for all boxes together; the others have no ordinals yet.
+Axes lattices_of(std::span<const BoxSet> sets) {
+  const auto join = [](Extents a, const Extents& b) {
+    for (unsigned axis = 0; axis < 3; ++axis) a[axis].join(b[axis]);
+    return a;
+  };
+  Extents extents;
+  for (const BoxSet& set : sets) {
+    extents = join(extents, set.visit([&](const auto& boxes) {
+      return parallel_reduce(
+          0, boxes.size(), kGrain, Extents{},
+          [&](std::size_t begin, std::size_t end, const Extents& before) {
+            return join(before, scan(boxes.data() + begin, end - begin));
+          },
+          join);
+    }));
+  }
+  if (std::ranges::all_of(sets, [](const BoxSet& set) { return set.size() == 0; })) return {};
   return {lattice_of(extents[0]), lattice_of(extents[1]), lattice_of(extents[2])};
 }
 
@@ -253,6 +256,28 @@ Axis rank_of(const Boxes& boxes, unsigned axis) {
   return rank_of<std::uint64_t>(bits, scratch, [](std::uint64_t, std::uint32_t) {});
 }
 
+/// The boxes in ordinals, with ranks on those axes that are no lattices.
+template <class Boxes>
+Ordinals rank_boxes(const Boxes& all, const Axes& lattices) {
+  Ordinals ordinals{lattices, {}, {}};
+  const SolidBoxes boxes(all);
+  ordinals.boxes = convert(boxes, ordinals.axes);
+  Scratch<Entry> memory(2 * boxes.count()), scratch(2 * boxes.count());
+  const std::span<Entry> entries = memory;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (ordinals.axes[axis].count() > 0) continue;
+    boxes.each([&](const auto& box, std::size_t place) {
+      entries[2 * place] = {ordered_bits(double(box[axis])), 2 * place};
+      entries[2 * place + 1] = {ordered_bits(double(box[axis + 3])), 2 * place + 1};
+    });
+    ordinals.axes[axis] = rank_of<Entry>(entries, scratch, [&](const Entry& entry, std::uint32_t ordinal) {
+      OrdinalBox& box = ordinals.boxes[entry.place / 2];
+      (entry.place % 2 == 0 ? box.lo : box.hi)[axis] = ordinal;
+    });
+  }
+  return ordinals;
+}
+
 }  // namespace
 
 Axis Axis::lattice(std::int64_t base, int exponent, std::uint32_t count) {
@@ -285,19 +310,19 @@ std::uint32_t Axis::rank_ordinal(double coordinate) const {
          1;
 }
 
-std::optional<Axes> find_lattices(const BoxSet& set) {
-  const Axes axes = set.visit([](const auto& boxes) { return lattices_of(boxes); });
+std::optional<Axes> find_lattices(std::span<const BoxSet> sets) {
+  const Axes axes = lattices_of(sets);
   if (std::ranges::any_of(axes, [](const Axis& axis) { return axis.count() == 0; })) return std::nullopt;
   return axes;
 }
 
 Axes make_axes(const BoxSet& set) {
-  return set.visit([](const auto& boxes) {
-    Axes axes = lattices_of(boxes);
+  Axes axes = lattices_of({&set, 1});
+  set.visit([&](const auto& boxes) {
     for (unsigned axis = 0; axis < 3; ++axis)
       if (axes[axis].count() == 0) axes[axis] = rank_of(boxes, axis);
-    return axes;
   });
+  return axes;
 }
 
 Axes make_rank_axes(const BoxSet& set) {
@@ -310,29 +335,43 @@ std::vector<OrdinalBox> ordinal_boxes(const BoxSet& set, const Axes& axes) {
   return set.visit([&](const auto& boxes) { return convert(SolidBoxes(boxes), axes); });
 }
 
-Ordinals make_ordinals(const BoxSet& set) {
-  return set.visit([](const auto& all) {
-    Ordinals ordinals{lattices_of(all), {}};
-    const SolidBoxes boxes(all);
-    ordinals.boxes = convert(boxes, ordinals.axes);
-    if (std::ranges::all_of(ordinals.axes, [](const Axis& axis) { return axis.count() > 0; }))
-      return ordinals;
+Ordinals ordinal_boxes(std::span<const BoxSet> sets, const Axes& axes) {
+  Ordinals ordinals{axes, {}, {}};
+  for (const BoxSet& set : sets) {
+    std::vector<OrdinalBox> boxes = ordinal_boxes(set, axes);
+    if (ordinals.boxes.empty())
+      ordinals.boxes = std::move(boxes);
+    else
+      ordinals.boxes.insert(ordinals.boxes.end(), boxes.begin(), boxes.end());
+    ordinals.ends.push_back(ordinals.boxes.size());
+  }
+  return ordinals;
+}
 
-    Scratch<Entry> memory(2 * boxes.count()), scratch(2 * boxes.count());
-    const std::span<Entry> entries = memory;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      if (ordinals.axes[axis].count() > 0) continue;
-      boxes.each([&](const auto& box, std::size_t place) {
-        entries[2 * place] = {ordered_bits(double(box[axis])), 2 * place};
-        entries[2 * place + 1] = {ordered_bits(double(box[axis + 3])), 2 * place + 1};
-      });
-      ordinals.axes[axis] = rank_of<Entry>(entries, scratch, [&](const Entry& entry, std::uint32_t ordinal) {
-        OrdinalBox& box = ordinals.boxes[entry.place / 2];
-        (entry.place % 2 == 0 ? box.lo : box.hi)[axis] = ordinal;
-      });
-    }
+Ordinals make_ordinals(const BoxSet& set) {
+  return make_ordinals({&set, 1});
+}
+
+Ordinals make_ordinals(std::span<const BoxSet> sets) {
+  const Axes lattices = lattices_of(sets);
+  if (std::ranges::all_of(lattices, [](const Axis& axis) { return axis.count() > 0; }))
+    return ordinal_boxes(sets, lattices);
+  if (sets.size() == 1) {
+    Ordinals ordinals = sets[0].visit([&](const auto& boxes) { return rank_boxes(boxes, lattices); });
+    ordinals.ends = {ordinals.boxes.size()};
     return ordinals;
-  });
+  }
+  std::vector<Box> all;
+  std::vector<std::size_t> ends;
+  for (const BoxSet& set : sets) {
+    const std::size_t end = ends.empty() ? 0 : ends.back();
+    ends.push_back(end + set.size() - count_degenerate(set));
+    all.reserve(all.size() + set.size());
+    for (std::size_t i = 0; i < set.size(); ++i) all.push_back(set[i]);
+  }
+  Ordinals ordinals = rank_boxes(all, lattices);
+  ordinals.ends = std::move(ends);
+  return ordinals;
 }
 
 std::vector<std::uint32_t> distinct_ordinals(std::span<const OrdinalBox> boxes, int axis) {

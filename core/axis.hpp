@@ -69,8 +69,9 @@ using Axes = std::array<Axis, 3>;
 /// lattice, which is harmless). Throws Error(resources) as Axis::rank does.
 Axes make_axes(const BoxSet& boxes);
 
-/// The axes if all three are lattices, found in one streaming pass; nothing otherwise.
-std::optional<Axes> find_lattices(const BoxSet& boxes);
+/// The axes of all boxes of some sets if all three are lattices, found in one streaming pass; nothing
+/// otherwise.
+std::optional<Axes> find_lattices(std::span<const BoxSet> sets);
 
 /// Ranks on every axis whatever the coordinates are: the slower of the two exact maps, used by tests.
 Axes make_rank_axes(const BoxSet& boxes);
@@ -85,10 +86,11 @@ struct OrdinalBox {
 /// coordinate on a rank axis.
 std::vector<OrdinalBox> ordinal_boxes(const BoxSet& boxes, const Axes& axes);
 
-/// A set of boxes in ordinals, and what these stand for.
+/// Sets of boxes in ordinals, and what these stand for.
 struct Ordinals {
   Axes axes;
-  std::vector<OrdinalBox> boxes;
+  std::vector<OrdinalBox> boxes;  ///< set after set
+  std::vector<std::size_t> ends;  ///< of each set in `boxes`
 };
 
 /// Finds the axes of valid boxes and turns the boxes into ordinals, in the same order and without the
@@ -97,6 +99,12 @@ struct Ordinals {
 /// result it holds 32 bytes for each of the 2 * boxes.size() coordinates of one rank axis. Throws
 /// Error(resources) as Axis::rank does.
 Ordinals make_ordinals(const BoxSet& boxes);
+
+/// The same for several sets that share their axes; `sets` together hold as many boxes as one would.
+Ordinals make_ordinals(std::span<const BoxSet> sets);
+
+/// The ordinals of several sets on axes that they share.
+Ordinals ordinal_boxes(std::span<const BoxSet> sets, const Axes& axes);
 
 /// The distinct ordinals of the boxes on one axis, sorted.
 std::vector<std::uint32_t> distinct_ordinals(std::span<const OrdinalBox> boxes, int axis);

@@ -15,6 +15,7 @@ constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on aver
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
 constexpr std::size_t kGridBoxes = 200;  // a crowded cell with more gets a grid, with fewer it is halved
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
+constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
 
 using packed::field;
 
@@ -25,11 +26,13 @@ void CellBatch::clear() {
   items.clear();
   cells.clear();
   runs.clear();
+  programs.clear();
+  steps.clear();
 }
 
 void CellBatch::append(const CellBatch& other) {
   const auto shift_box = std::uint32_t(boxes.size()), shift_item = std::uint32_t(items.size()),
-             shift_cell = std::uint32_t(cells.size());
+             shift_cell = std::uint32_t(cells.size()), shift_step = std::uint32_t(steps.size());
   boxes.insert(boxes.end(), other.boxes.begin(), other.boxes.end());
   for (const std::uint32_t i : other.items) items.push_back(i + shift_box);
   for (Cell c : other.cells) {
@@ -39,6 +42,18 @@ void CellBatch::append(const CellBatch& other) {
   for (CellRun r : other.runs) {
     r.first += shift_cell;
     runs.push_back(r);
+  }
+  for (CellProgram p : other.programs) {
+    p.first += shift_step;
+    programs.push_back(p);
+  }
+  steps.insert(steps.end(), other.steps.begin(), other.steps.end());
+}
+
+void Reach::extend(const PackedBox& box, const PackedRegion& region) {
+  for (int a = 0; a < 3; ++a) {
+    lo[a] = std::min(lo[a], std::max(field(box.lo, a), field(region.lo, a)));
+    hi[a] = std::max(hi[a], std::min(field(box.hi, a), field(region.hi, a)));
   }
 }
 
@@ -60,31 +75,41 @@ PackedRegion TileCutter::Grid::cell(std::uint32_t x, std::uint32_t y, std::uint3
   return {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
 }
 
-TileCutter::TileCutter(Tuning tuning) : tuning_(tuning), levels_(kMostDepth + 1) {
+TileCutter::TileCutter(Tuning tuning, std::size_t operands)
+    : tuning_(tuning), levels_(kMostDepth + 1), presence_(operands), cell_boxes_(operands) {
   if (!tuning_.cell_boxes) tuning_.cell_boxes = kDefaultCellBoxes;
 }
 
-void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
-                     const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
-                     LatticeSums* sums) {
+void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
+                     const std::array<std::uint32_t, 3>& edge, const std::array<std::uint32_t, 3>& origin,
+                     std::uint64_t run_cost, CellBatch& batch, LatticeSums* sums) {
+  const std::span<const PackedBox> boxes = content.boxes;
   boxes_ = boxes;
+  operands_ = content.operands;
+  reach_ = {};
   batch_ = &batch;
   sums_ = sums;
   first_box_ = std::uint32_t(batch.boxes.size());
   const std::size_t first_cell = batch.cells.size();
   const PackedRegion tile{packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
-  if (!tuning_.cell && clusters_.find(boxes, std::ranges::max(edge))) {
-    cut_clusters(tile);
+  const bool clusters = !tuning_.cell && is_empty_without_boxes(steps);
+  if (clusters && clusters_.find(boxes, std::ranges::max(edge))) {
+    if (steps.empty())
+      cut_clusters(tile);
+    else
+      cut_clusters(tile, steps);
   } else {
     batch.boxes.insert(batch.boxes.end(), boxes.begin(), boxes.end());
-    cut_region(tile, first_indices(boxes.size()), 0);
+    cut_region(tile, first_indices(boxes.size()), steps, 0);
   }
   for (std::size_t c = first_cell; c < batch.cells.size();) {
     CellRun run{std::uint32_t(c), 0, origin};
     std::uint64_t cost = 0;
     do {
-      const std::uint64_t count = batch.cells[c++].count;
+      const std::uint64_t count = batch.cells[c].count;
       cost += count * count + 4;
+      if (!batch.programs.empty()) cost += kStepCost * batch.programs[c].count;
+      ++c;
       ++run.count;
     } while (c < batch.cells.size() && cost < run_cost);
     batch.runs.push_back(run);
@@ -93,6 +118,7 @@ void TileCutter::cut(std::span<const PackedBox> boxes, const std::array<std::uin
 
 void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* sums) {
   sums_ = sums;
+  reach_ = {};
   add_covered({packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)});
 }
 
@@ -118,6 +144,8 @@ void TileCutter::cut_clusters(const PackedRegion& tile) {
     statistics_.items += boxes;
   };
   LatticeSums sums = sums_ ? *sums_ : LatticeSums{};  // a copy that the compiler knows nobody else to read
+  if (has_operands())
+    for (const PackedBox& box : boxes_) reach_.extend(box, tile);
   for (const std::uint32_t& i : clusters_.lone()) {
     if (sums_)
       add_lone(sums, boxes_[i], tile), add_sums(1);
@@ -138,7 +166,81 @@ void TileCutter::cut_clusters(const PackedRegion& tile) {
   if (clusters_.rest().empty()) return;
   const Items rest = keep(clusters_.rest());
   boxes_ = std::span(batch_->boxes).subspan(first_box_);
-  cut_region(tile, rest, 0);
+  cut_region(tile, rest, {}, 0);
+}
+
+/// The same for an expression that is nothing where there are no boxes.
+void TileCutter::cut_clusters(const PackedRegion& tile, Steps steps) {
+  batch_->boxes.insert(batch_->boxes.end(), boxes_.begin(), boxes_.end());
+  const auto add_cluster = [&](Items cluster) {
+    const PackedRegion region = bounding_region(tile, cluster);
+    Steps left = steps;
+    const Filling filling = reduce(region, cluster, left, cluster_);
+    if (filling == Filling::nothing) return;
+    if (filling == Filling::everything) return add_covered(region);
+    const PackedBox &first = boxes_[cluster.front()], &last = boxes_[cluster.back()];
+    const bool lone = cluster.size() == 1;
+    const bool pair = cluster.size() == 2 && is_inside(first, tile) && is_inside(last, tile) &&
+                      packed::all_le(first.lo, last.hi) && packed::all_le(last.lo, first.hi);
+    if (!sums_ || !left.empty() || !(lone || pair)) return add_cell(region, cluster, left);
+    if (lone)
+      add_lone(*sums_, first, tile);
+    else
+      add_pair(*sums_, first, last);
+    for (const std::uint32_t i : cluster) reach_.extend(boxes_[i], tile);
+    ++statistics_.cells;
+    statistics_.items += cluster.size();
+  };
+  for (const std::uint32_t& i : clusters_.lone()) add_cluster({&i, 1});
+  std::vector<std::uint32_t> members;  // by operand, as boxes are
+  const auto sorted = [&](Items items) {
+    members.assign(items.begin(), items.end());
+    std::ranges::sort(members);
+    return Items(members);
+  };
+  std::size_t begin = 0;
+  for (const std::uint32_t end : clusters_.ends()) {
+    add_cluster(sorted(clusters_.members().subspan(begin, end - begin)));
+    begin = end;
+  }
+  if (!clusters_.rest().empty()) cut_region(tile, sorted(clusters_.rest()), steps, 0);
+}
+
+bool TileCutter::is_empty_without_boxes(Steps steps) {
+  if (steps.empty()) return true;
+  std::ranges::fill(presence_, Presence::absent);
+  return simplify(steps, presence_, cluster_.steps) == Filling::nothing;
+}
+
+/// Simplifies an expression in a region. If it varies there, steps and items become those that are left, in
+/// memory of `level`.
+Filling TileCutter::reduce(const PackedRegion& region, Items& items, Steps& steps, Level& level) {
+  std::ranges::fill(presence_, Presence::absent);
+  for (const std::uint32_t i : items)
+    if (Presence& presence = presence_[operands_[i]]; presence != Presence::all)
+      presence = region.covered_by(boxes_[i]) ? Presence::all : Presence::partial;
+  const Filling filling = simplify(steps, presence_, level.steps);
+  if (filling != Filling::varies) return filling;
+  steps = is_union(level.steps) ? Steps() : Steps(level.steps);
+  std::ranges::fill(presence_, Presence::absent);
+  for (const Step step : level.steps)
+    if (step.kind == Step::Kind::operand) presence_[step.operand] = Presence::partial;
+  level.relevant.clear();
+  for (const std::uint32_t i : items)
+    if (presence_[operands_[i]] != Presence::absent) level.relevant.push_back(i);
+  items = level.relevant;
+  return filling;
+}
+
+/// Calls f(items) for the items of each operand.
+template <class F>
+void TileCutter::each_operand(Items items, F&& f) const {
+  for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
+    const std::uint32_t operand = operands_[items[begin]];
+    do ++end;
+    while (end < items.size() && operands_[items[end]] == operand);
+    f(items.subspan(begin, end - begin));
+  }
 }
 
 /// The least region that owns all points of the boxes which the tile owns.
@@ -157,19 +259,25 @@ PackedRegion TileCutter::bounding_region(const PackedRegion& tile, Items items) 
 }
 
 /// Cuts a region, whatever its boxes are, into cells.
-void TileCutter::cut_region(const PackedRegion& region, Items items, std::size_t depth) {
+void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth) {
   if (tuning_.interrupted && *tuning_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+  if (!steps.empty()) {
+    const Filling filling = reduce(region, items, steps, levels_[depth]);
+    if (filling == Filling::nothing) return;
+    if (filling == Filling::everything) return add_covered(region);
+  }
   const bool fixed_grid = tuning_.cell && depth == 0;
   const std::size_t surely_fits = std::min(tuning_.cell_boxes, kRanks / 2);
-  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items);
-  items = drop_hidden(region, items, levels_[depth].kept);
-  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items);
+  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items, steps);
+  items = steps.empty() ? drop_hidden(region, items, levels_[depth].kept)
+                        : drop_hidden_by_operand(region, items, levels_[depth]);
+  if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items, steps);
   if ((items.size() > kGridBoxes || fixed_grid) && depth < kMostDepth) {
     const Grid grid = choose_grid(region, items, fixed_grid);
-    if (grid.count() > 1) return cut_by_grid(grid, items, depth);
+    if (grid.count() > 1) return cut_by_grid(grid, items, steps, depth);
   }
   stack_.assign(items.begin(), items.end());
-  halve(region, 0);
+  halve(region, 0, steps, 0);
 }
 
 /// Drops boxes that, within the region, lie inside another one: of boxes that are nested, concentric or alike
@@ -209,6 +317,18 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
     items = Items(kept).first(count);
   }
   return items;
+}
+
+/// The same for an expression: only boxes of the same operand hide each other.
+TileCutter::Items TileCutter::drop_hidden_by_operand(const PackedRegion& region, Items items,
+                                                     Level& level) const {
+  std::vector<std::uint32_t> visible;
+  each_operand(items, [&](Items of_one) {
+    const Items kept = drop_hidden(region, of_one, level.kept);
+    visible.insert(visible.end(), kept.begin(), kept.end());
+  });
+  level.relevant.swap(visible);
+  return level.relevant;
 }
 
 /// A grid whose cells hold a handful of boxes, by estimate from a sample; or of cells of the size asked for.
@@ -267,18 +387,19 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
   return grid;
 }
 
-void TileCutter::cut_by_grid(const Grid& grid, Items items, std::size_t depth) {
+void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth) {
   Level& level = levels_[depth];
-  const bool any_covered = mark_covered(grid, items, level);
+  const bool any_covered = steps.empty() && mark_covered(grid, items, level);
   sort_by_cell(grid, items, any_covered, level);
+  const bool empty_without_boxes = is_empty_without_boxes(steps);
   std::size_t c = 0;
   for (std::uint32_t z = 0; z < grid.cells[2]; ++z)
     for (std::uint32_t y = 0; y < grid.cells[1]; ++y)
       for (std::uint32_t x = 0; x < grid.cells[0]; ++x, ++c) {
         const Items own(level.sorted.data() + level.start[c], level.start[c + 1] - level.start[c]);
         if (!own.empty())
-          cut_region(grid.cell(x, y, z), own, depth + 1);
-        else if (any_covered && level.covered[c])
+          cut_region(grid.cell(x, y, z), own, steps, depth + 1);
+        else if (!empty_without_boxes || (any_covered && level.covered[c]))
           add_covered(grid.cell(x, y, z));
       }
 }
@@ -342,7 +463,7 @@ void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, L
 }
 
 /// Adds the cell whose boxes are stack_[begin ..], halved until it fits; removes them from the stack.
-void TileCutter::halve(const PackedRegion& region, std::size_t begin) {
+void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth) {
   const std::size_t end = stack_.size();
   if (begin == end) return;
   int axis = -1;  // along which to halve
@@ -352,11 +473,10 @@ void TileCutter::halve(const PackedRegion& region, std::size_t begin) {
     std::size_t most = end - begin <= tuning_.cell_boxes ? kRanks : 4;
     for (int a = 0; a < 3; ++a)
       if (own_[a].size() > most) axis = a, most = own_[a].size();
-    if (end - begin > 4 * (own_[0].size() + own_[1].size() + own_[2].size()))
-      merge_equal_clips(region, stack_, begin);
+    if (end - begin > 4 * (own_[0].size() + own_[1].size() + own_[2].size())) merge(region, begin, steps);
   }
   if (axis < 0) {
-    add_cell(region, Items(stack_).subspan(begin));
+    add_cell(region, Items(stack_).subspan(begin), steps);
     stack_.resize(begin);
     return;
   }
@@ -369,17 +489,32 @@ void TileCutter::halve(const PackedRegion& region, std::size_t begin) {
     for (std::size_t i = begin; i < items_end && !covered; ++i) {
       const PackedBox& box = boxes_[stack_[i]];
       if (!half.touched_by(box)) continue;
-      covered = half.covered_by(box);
+      covered = steps.empty() && half.covered_by(box);
       stack_.push_back(stack_[i]);
     }
     if (covered) {
       stack_.resize(items_end);
       add_covered(half);
+    } else if (steps.empty()) {
+      halve(half, items_end, steps, depth);
     } else {
-      halve(half, items_end);
+      halve_expression(half, items_end, steps, depth);
     }
   }
   stack_.resize(begin);
+}
+
+/// Goes on with half of a region whose boxes are stack_[begin ..].
+void TileCutter::halve_expression(const PackedRegion& half, std::size_t begin, Steps steps,
+                                  std::size_t depth) {
+  if (halvings_.size() == depth) halvings_.emplace_back();
+  Items items = Items(stack_).subspan(begin);
+  const Filling filling = reduce(half, items, steps, halvings_[depth]);
+  stack_.resize(begin);
+  if (filling == Filling::everything) add_covered(half);
+  if (filling != Filling::varies) return;
+  stack_.insert(stack_.end(), items.begin(), items.end());
+  halve(half, begin, steps, depth + 1);
 }
 
 void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
@@ -408,34 +543,69 @@ void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
   }
 }
 
-/// Within the region a box is its clip to [lo - 1, hi]: of boxes with equal clips one is enough.
-void TileCutter::merge_equal_clips(const PackedRegion& region, std::vector<std::uint32_t>& items,
-                                   std::size_t begin) const {
+/// Removes from stack_[begin ..] what merge_equal_clips finds; of an expression, among the boxes of each
+/// operand.
+void TileCutter::merge(const PackedRegion& region, std::size_t begin, Steps steps) {
+  const std::span<std::uint32_t> items = std::span(stack_).subspan(begin);
+  std::size_t count = 0;
+  const auto merge_some = [&](std::size_t first, std::size_t size) {
+    const std::size_t kept = merge_equal_clips(region, items.subspan(first, size));
+    std::ranges::copy(items.subspan(first, kept), items.begin() + std::ptrdiff_t(count));
+    count += kept;
+  };
+  if (steps.empty())
+    merge_some(0, items.size());
+  else
+    each_operand(items,
+                 [&](Items some) { merge_some(std::size_t(some.data() - items.data()), some.size()); });
+  stack_.resize(begin + count);
+}
+
+/// Within the region a box is its clip to [lo - 1, hi]: of boxes with equal clips one is enough. Moves those
+/// to the front and returns how many they are.
+std::size_t TileCutter::merge_equal_clips(const PackedRegion& region, std::span<std::uint32_t> items) const {
   std::vector<std::pair<PackedBox, std::uint32_t>> clips;
-  for (std::size_t i = begin; i < items.size(); ++i) {
+  for (const std::uint32_t item : items) {
     PackedBox clip;
     for (int a = 0; a < 3; ++a) {
-      const PackedBox& box = boxes_[items[i]];
+      const PackedBox& box = boxes_[item];
       clip.lo = packed::with_field(clip.lo, a, std::max(field(box.lo, a), field(region.lo, a) - 1));
       clip.hi = packed::with_field(clip.hi, a, std::min(field(box.hi, a), field(region.hi, a)));
     }
-    clips.emplace_back(clip, items[i]);
+    clips.emplace_back(clip, item);
   }
   std::ranges::sort(clips);
-  items.resize(begin);
+  std::size_t count = 0;
   for (std::size_t i = 0; i < clips.size(); ++i)
-    if (i == 0 || clips[i].first != clips[i - 1].first) items.push_back(clips[i].second);
+    if (i == 0 || clips[i].first != clips[i - 1].first) items[count++] = clips[i].second;
+  return count;
 }
 
-void TileCutter::add_cell(const PackedRegion& region, Items items) {
+void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) {
   batch_->cells.push_back({region.lo - packed::pack(1, 1, 1), region.hi - region.lo + packed::pack(1, 1, 1),
                            std::uint32_t(batch_->items.size()), std::uint32_t(items.size())});
   for (const std::uint32_t i : items) batch_->items.push_back(first_box_ + i);
   ++statistics_.cells;
   statistics_.items += items.size();
+  if (has_operands()) add_program(region, items, steps);
+}
+
+/// Tells the kernel what the last cell is; the reach of one with steps is the kernel's business.
+void TileCutter::add_program(const PackedRegion& region, Items items, Steps steps) {
+  if (steps.empty()) {
+    batch_->programs.emplace_back();
+    for (const std::uint32_t i : items) reach_.extend(boxes_[i], region);
+    return;
+  }
+  each_operand(items, [&](Items of_one) {
+    cell_boxes_[operands_[of_one.front()]] = {std::uint32_t(of_one.data() - items.data()),
+                                              std::uint32_t(of_one.size())};
+  });
+  batch_->programs.push_back(append_program(steps, cell_boxes_, batch_->steps));
 }
 
 void TileCutter::add_covered(const PackedRegion& region) {
+  reach_.extend({region.lo, region.hi}, region);
   ++statistics_.covered_cells;
   if (sums_) add_inside(*sums_, region);
 }

@@ -3,10 +3,13 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
+#include "core/cell_program.hpp"
 #include "core/clusters.hpp"
+#include "core/expression.hpp"
 #include "core/mass.hpp"
 #include "core/packed.hpp"
 
@@ -32,6 +35,8 @@ struct CellBatch {
   std::vector<std::uint32_t> items;  ///< boxes of the cells, by index
   std::vector<Cell> cells;
   std::vector<CellRun> runs;
+  std::vector<CellProgram> programs;  ///< by cell; empty if all are unions
+  std::vector<CellStep> steps;
 
   void clear();
   /// Adds another batch's cells behind this one's.
@@ -46,6 +51,21 @@ struct CellStatistics {
   CellStatistics& operator+=(const CellStatistics& other);
 };
 
+/// Where in a tile the result of an expression has anything, in packed coordinates; lo > hi if nowhere.
+struct Reach {
+  std::array<std::uint32_t, 3> lo{packed::kMax, packed::kMax, packed::kMax}, hi{};
+
+  bool empty() const { return lo[0] > hi[0]; }
+  /// Adds the part of a box in a region.
+  void extend(const PackedBox& box, const PackedRegion& region);
+};
+
+/// The boxes of a tile; in a tile of several operands, by operand, and which one each belongs to.
+struct TileBoxes {
+  std::span<const PackedBox> boxes;
+  std::span<const std::uint32_t> operands;
+};
+
 /// Cuts tiles into cells that a kernel can hold: at most 30 distinct coordinates of its own on every axis.
 ///
 /// Small clusters of boxes that touch no others get a cell each; what is left, or where nearly all boxes
@@ -53,6 +73,11 @@ struct CellStatistics {
 /// boxes does most of the work while they are in cache; cells that one box covers are marked before anything
 /// is stored in them; a cell that is still crowded gets a grid of its own or, with few boxes, is halved at
 /// the median of its coordinates until it fits. Equal clips are merged on the way.
+///
+/// A tile may hold an expression over several operands. In each region on the way down it is simplified: an
+/// operand without boxes there is false, one of whose boxes covers the region is true, and the boxes of
+/// operands that no longer matter are dropped. Where the union of some operands is left, the region goes on
+/// like any other union.
 class TileCutter {
  public:
   struct Tuning {
@@ -61,13 +86,15 @@ class TileCutter {
     const std::atomic<bool>* interrupted =
         nullptr;  ///< where it becomes true, cut() throws Error(interrupted)
   };
-  explicit TileCutter(Tuning tuning);
+  /// `operands` of the expressions to come; 0 if all tiles are unions.
+  explicit TileCutter(Tuning tuning, std::size_t operands = 0);
 
   /// Appends the cells of a tile to `batch` as runs whose boxes, squared by cell, add up to about `run_cost`.
   /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `sums` are
   /// given, what has a closed form is added to them and not to the batch: covered regions, lone boxes and
-  /// pairs, in coordinates that count from 0 at the low corner.
-  void cut(std::span<const PackedBox> boxes, const std::array<std::uint32_t, 3>& edge,
+  /// pairs, in coordinates that count from 0 at the low corner. `steps` is what the tile holds; none, the
+  /// union of the boxes.
+  void cut(const TileBoxes& boxes, std::span<const Step> steps, const std::array<std::uint32_t, 3>& edge,
            const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
            LatticeSums* sums);
 
@@ -76,8 +103,13 @@ class TileCutter {
 
   const CellStatistics& statistics() const { return statistics_; }
 
+  /// If there are operands: the reach of what the last tile added to the sums, and of all its cells without a
+  /// program.
+  const Reach& reach() const { return reach_; }
+
  private:
-  using Items = std::span<const std::uint32_t>;  // boxes of the tile, by index
+  using Items = std::span<const std::uint32_t>;  // boxes of the tile, by index; those of an operand together
+  using Steps = std::span<const Step>;           // none: the union of the boxes
   /// A grid over a region.
   struct Grid {
     PackedRegion region;
@@ -93,37 +125,54 @@ class TileCutter {
     std::vector<std::array<std::uint32_t, 2>> pairs;  // cell, box
     std::vector<std::uint32_t> sorted;                // boxes by cell
     std::vector<std::uint32_t> kept;                  // boxes that are not hidden
+    std::vector<std::uint32_t> relevant;              // boxes of operands that matter
+    std::vector<Step> steps;                          // what is left of the expression
   };
 
   Items first_indices(std::size_t count);
   void cut_clusters(const PackedRegion& tile);
+  void cut_clusters(const PackedRegion& tile, Steps steps);
+  bool is_empty_without_boxes(Steps steps);
+  Filling reduce(const PackedRegion& region, Items& items, Steps& steps, Level& level);
+  template <class F>
+  void each_operand(Items items, F&& f) const;
   PackedRegion bounding_region(const PackedRegion& tile, Items items) const;
   Items drop_hidden(const PackedRegion& region, Items items, std::vector<std::uint32_t>& kept) const;
+  Items drop_hidden_by_operand(const PackedRegion& region, Items items, Level& level) const;
   Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
-  void cut_by_grid(const Grid& grid, Items items, std::size_t depth);
+  void cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth);
   bool mark_covered(const Grid& grid, Items items, Level& level) const;
   void sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const;
-  void cut_region(const PackedRegion& region, Items items, std::size_t depth);
-  void halve(const PackedRegion& region, std::size_t begin);
+  void cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth);
+  void halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth);
+  void halve_expression(const PackedRegion& half, std::size_t begin, Steps steps, std::size_t depth);
   void find_own_coordinates(const PackedRegion& region, Items items);
-  void merge_equal_clips(const PackedRegion& region, std::vector<std::uint32_t>& items,
-                         std::size_t begin) const;
-  void add_cell(const PackedRegion& region, Items items);
+  void merge(const PackedRegion& region, std::size_t begin, Steps steps);
+  std::size_t merge_equal_clips(const PackedRegion& region, std::span<std::uint32_t> items) const;
+  void add_cell(const PackedRegion& region, Items items, Steps steps = {});
+  void add_program(const PackedRegion& region, Items items, Steps steps);
   void add_covered(const PackedRegion& region);
+  bool has_operands() const { return !presence_.empty(); }
 
   Tuning tuning_;
   CellStatistics statistics_;
 
   // the tile at work
   std::span<const PackedBox> boxes_;
-  std::uint32_t first_box_ = 0;  // of the tile, in the batch
+  std::span<const std::uint32_t> operands_;  // of the boxes
+  std::uint32_t first_box_ = 0;              // of the tile, in the batch
   CellBatch* batch_ = nullptr;
   LatticeSums* sums_ = nullptr;
+  Reach reach_;
 
   // scratch
   Clusters clusters_;
   std::vector<std::uint32_t> all_;  // 0, 1, 2, ...
   std::vector<Level> levels_;
+  std::deque<Level> halvings_;         // by depth: relevant boxes and steps only
+  std::vector<Presence> presence_;     // by operand
+  std::vector<CellBoxes> cell_boxes_;  // by operand
+  Level cluster_;
   std::vector<std::uint32_t> stack_;               // boxes of the cells being halved
   std::array<std::vector<std::uint32_t>, 3> own_;  // distinct coordinates of a region, sorted
 };

@@ -19,16 +19,19 @@ constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
 
 }  // namespace
 
-TileGrid::Plan TileGrid::plan(const OrdinalSource& source, const std::array<std::uint32_t, 3>& counts,
-                              int max_log_edge) {
+TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
+                              const std::array<std::uint32_t, 3>& counts, int max_log_edge) {
   Plan plan;
   for (int a = 0; a < 3; ++a) {
     plan.log_edge[a] = std::min(max_log_edge, int(std::bit_width(counts[a])));
   }
   std::vector<OrdinalBox> sample;
-  const std::size_t n = source.size(), step = n / 2048 + 1;
-  for (std::size_t i = 0; i < n; i += step)
-    source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
+  std::size_t n = 0;
+  for (const OrdinalSource& source : sources) n += source.size();
+  const std::size_t step = n / 2048 + 1;
+  for (const OrdinalSource& source : sources)
+    for (std::size_t i = 0; i < source.size(); i += step)
+      source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
   const auto touched = [&](const std::array<int, 3>& log_edge) {  // tiles a box, on average
     double sum = 0;
     for (const OrdinalBox& box : sample) {
@@ -97,8 +100,9 @@ std::size_t TileGrid::count(std::size_t tile) const {
 }
 
 void TileGrid::gather(std::size_t tile, std::vector<PackedBox>& boxes) const {
-  boxes.resize(count(tile));
-  auto out = boxes.begin();
+  const std::size_t before = boxes.size();
+  boxes.resize(before + count(tile));
+  auto out = boxes.begin() + std::ptrdiff_t(before);
   for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) out = std::ranges::copy(pieces_[p], out).out;
 }
 

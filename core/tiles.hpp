@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -51,7 +52,9 @@ class TileGrid {
 
   /// Chooses tiles for ordinals 1 .. counts[a]: as many as keep a tile's boxes in cache, with edges of at
   /// most 2^max_log_edge ordinals.
-  static Plan plan(const OrdinalSource& source, const std::array<std::uint32_t, 3>& counts, int max_log_edge);
+  /// The boxes are those of all sources, for each of which a grid may then be made.
+  static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
+                   int max_log_edge);
 
   /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
   /// becomes true.
@@ -60,7 +63,7 @@ class TileGrid {
   std::size_t size() const { return plan_.count(); }
   /// Number of boxes in a tile.
   std::size_t count(std::size_t tile) const;
-  /// The boxes of a tile, in an order that does not depend on threads; replaces what `boxes` held.
+  /// Appends the boxes of a tile, in an order that does not depend on threads.
   void gather(std::size_t tile, std::vector<PackedBox>& boxes) const;
   bool covered(std::size_t tile) const { return !covered_.empty() && covered_[tile]; }
   /// Ordinal of the tile's low corner.
@@ -133,6 +136,14 @@ void OrdinalSource::read(std::size_t begin, std::size_t end, F&& f) const {
     for (std::size_t i = begin; i < end; ++i) give(kept_[i]);
     return;
   }
+  const auto ordinal_box = [&](const auto& b) {
+    OrdinalBox box;
+    for (int a = 0; a < 3; ++a) {
+      box.lo[a] = (*axes_)[a].ordinal(double(b[a]));
+      box.hi[a] = (*axes_)[a].ordinal(double(b[a + 3]));
+    }
+    return box;
+  };
   boxes_->visit([&]<class T>(const std::vector<BoxOf<T>>& boxes) {
     if constexpr (std::is_same_v<T, std::int32_t>) {
       std::array<int, 3> exponent;
@@ -153,18 +164,12 @@ void OrdinalSource::read(std::size_t begin, std::size_t end, F&& f) const {
       };
       if (exponent == std::array{0, 0, 0})
         give_all([](T c, int) { return c; });
-      else
+      else if (std::ranges::all_of(exponent, [](int e) { return e >= 0 && e < 32; }))
         give_all([&](T c, int a) { return c >> exponent[a]; });
+      else  // finer or coarser than integers need: other boxes share the lattice
+        for (std::size_t i = begin; i < end; ++i) give(ordinal_box(boxes[i]));
     } else {
-      for (std::size_t i = begin; i < end; ++i) {
-        const BoxOf<T>& b = boxes[i];
-        OrdinalBox box;
-        for (int a = 0; a < 3; ++a) {
-          box.lo[a] = (*axes_)[a].ordinal(b[a]);
-          box.hi[a] = (*axes_)[a].ordinal(b[a + 3]);
-        }
-        give(box);
-      }
+      for (std::size_t i = begin; i < end; ++i) give(ordinal_box(boxes[i]));
     }
   });
 }

@@ -12,24 +12,28 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kSums = 18;  // of a run, in the order that kernels/cell_occupancy.k writes
-
 static_assert(sizeof(PackedBox) == 16 && sizeof(Cell) == 24 && sizeof(CellRun) == 20 && sizeof(Vertex) == 16);
+static_assert(sizeof(CellProgram) == 8 && sizeof(CellStep) == 12);
 
 struct Parameters {
   std::uint32_t first_run, end_run, capacity, two;
 };
 
-const KernelSource& source(CellKernel kernel, bool sums) {
+const KernelSource& source(CellKernel kernel, const CellSink& sink) {
   if (kernel == CellKernel::faces) {
-    if (sums) throw std::logic_error("the kernel faces gives vertices only");
+    if (sink.sums || sink.programs) throw std::logic_error("the kernel faces gives vertices of unions only");
     return kernels::cell_faces();
   }
-  return sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
+  if (sink.programs) return sink.sums ? kernels::cell_boolean_sums() : kernels::cell_boolean();
+  return sink.sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
 }
 
-}  // namespace
+/// Numbers of a run, in the order that kernels/cell_occupancy.k writes.
+std::size_t sums_a_run(const CellSink& sink) {
+  return sink.programs ? 20 : 18;
+}
 
+/// Adds one run's sums to the sink.
 void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassSink& sink) {
   LatticeSums s;
   const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(sums[i]); };
@@ -42,10 +46,24 @@ void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassS
   for (std::size_t a = 0; a < 3; ++a) s.length[a] = number(15 + a);
   // packed coordinate 1 is 0 to the kernel
   sink.add(s, {run.origin[0] + 1, run.origin[1] + 1, run.origin[2] + 1});
+  if (sums.size() == 18) return;
+  Reach reach;
+  for (int a = 0; a < 3; ++a)
+    reach.lo[a] = packed::field(sums[18], a), reach.hi[a] = packed::field(sums[19], a);
+  extend_bounds(sink, reach, run.origin);
+}
+
+}  // namespace
+
+void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin) {
+  if (reach.empty()) return;
+  OrdinalBox box;
+  for (int a = 0; a < 3; ++a) box.lo[a] = origin[a] + reach.lo[a], box.hi[a] = origin[a] + reach.hi[a];
+  sink.extend_bounds(box);
 }
 
 NativeCells::NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted)
-    : sink_(sink), source_(source(kernel, sink.sums != nullptr)), interrupted_(interrupted) {}
+    : sink_(sink), source_(source(kernel, sink)), interrupted_(interrupted) {}
 
 void NativeCells::compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const {
   for (std::uint32_t r = 0; r < batch.runs.size(); ++r) {
@@ -64,13 +82,16 @@ void NativeCells::run(const CellBatch& batch) {
                      const_cast<Cell*>(batch.cells.data()),
                      const_cast<CellRun*>(batch.runs.data()),
                      nullptr,
-                     total};
+                     total,
+                     const_cast<CellProgram*>(batch.programs.data()),
+                     const_cast<CellStep*>(batch.steps.data())};
   if (sink_.sums) {
-    sums_.resize(kSums * runs);
+    const std::size_t sums = sums_a_run(sink_);
+    sums_.resize(sums * runs);
     buffers[4] = sums_.data();
     compute(batch, buffers, 0);
     for (std::uint32_t r = 0; r < runs; ++r)
-      add_run_sums(std::span(sums_).subspan(kSums * r, kSums), batch.runs[r], *sink_.sums);
+      add_run_sums(std::span(sums_).subspan(sums * r, sums), batch.runs[r], *sink_.sums);
     return;
   }
   if (vertices_.empty()) vertices_.resize(std::size_t{1} << 16);
@@ -88,14 +109,14 @@ CellStage::CellStage(Device& device, const Options& options, const CellSink& sin
     : device_(device),
       sink_(sink),
       kernel_(device.load(
-          source(options.kernel, sink.sums != nullptr),
-          options.tuning.shape.value_or(device.info().preferred_shape),
+          source(options.kernel, sink), options.tuning.shape.value_or(device.info().preferred_shape),
           options.tuning.workgroup ? options.tuning.workgroup : device.info().preferred_workgroup)),
       native_(options.kernel, sink, options.interrupted),
       total_(device.allocate(2 * sizeof(std::uint32_t))) {}
 
-std::size_t CellStage::capacity() const {
-  return std::min<std::size_t>(device_.info().max_buffer_bytes / (2 * sizeof(Cell)), std::size_t{1} << 21);
+std::size_t CellStage::capacity(std::size_t steps) const {
+  const std::size_t bytes = sink_.programs ? std::max(sizeof(Cell), steps * sizeof(CellStep)) : sizeof(Cell);
+  return std::min<std::size_t>(device_.info().max_buffer_bytes / (2 * bytes), std::size_t{1} << 21);
 }
 
 void CellStage::begin(const CellBatch& batch) {
@@ -105,8 +126,12 @@ void CellStage::begin(const CellBatch& batch) {
   upload(device_, item_, std::span(batch.items));
   upload(device_, cell_, std::span(batch.cells));
   upload(device_, run_, std::span(batch.runs));
+  if (sink_.programs) {
+    upload(device_, program_, std::span(batch.programs));
+    upload(device_, step_, std::span(batch.steps));
+  }
   if (sink_.sums)
-    reserve(device_, out_, kSums * runs * sizeof(std::uint64_t));
+    reserve(device_, out_, sums_a_run(sink_) * runs * sizeof(std::uint64_t));
   else
     reserve(device_, out_,
             std::min(device_.info().max_buffer_bytes, (8 * batch.items.size() + 64) * sizeof(Vertex)));
@@ -117,16 +142,19 @@ void CellStage::dispatch(std::uint32_t first_run, std::uint32_t end_run) {
   const std::size_t capacity = out_->bytes() / sizeof(Vertex);
   const Parameters parameters{first_run, end_run,
                               static_cast<std::uint32_t>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
-  Buffer* const buffers[] = {box_.get(), item_.get(), cell_.get(), run_.get(), out_.get(), total_.get()};
+  Buffer* const buffers[] = {box_.get(), item_.get(),  cell_.get(),    run_.get(),
+                             out_.get(), total_.get(), program_.get(), step_.get()};
   device_.clear(*total_, 2 * sizeof(std::uint32_t));
-  device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
+  device_.dispatch(*kernel_, std::span(buffers).first(sink_.programs ? 8 : 6),
+                   std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
   device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
 }
 
 void CellStage::finish(const CellBatch& batch) {
   const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
   if (runs == 0) return;
-  if (sink_.sums) device_.download(*out_, 0, kSums * runs * sizeof(std::uint64_t));
+  const std::size_t sums_each = sums_a_run(sink_);
+  if (sink_.sums) device_.download(*out_, 0, sums_each * runs * sizeof(std::uint64_t));
   device_.wait();
   const auto total = total_->view<std::uint32_t>();
   bool complete = total[1] == 0;
@@ -134,7 +162,7 @@ void CellStage::finish(const CellBatch& batch) {
     const auto sums = out_->view<std::uint64_t>();
     parallel_ranges(0, runs, 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t r = begin; r < end; ++r)
-        add_run_sums(sums.subspan(kSums * r, kSums), batch.runs[r], *sink_.sums);
+        add_run_sums(sums.subspan(sums_each * r, sums_each), batch.runs[r], *sink_.sums);
     });
   } else if (complete) {
     std::vector<Vertex> vertices;

@@ -18,7 +18,11 @@ namespace boxunion {
 struct CellSink {
   VertexSink* vertices = nullptr;
   MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`; not with CellKernel::faces
+  bool programs = false;     ///< cells may have programs; not with CellKernel::faces
 };
+
+/// Tells the sink how far a result reaches whose packed coordinates count from the ordinals `origin`.
+void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin);
 
 /// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
 class NativeCells {
@@ -42,8 +46,9 @@ class CellStage {
  public:
   CellStage(Device& device, const Options& options, const CellSink& sink);
 
-  /// Most boxes, items and cells of a batch that the device's buffers hold.
-  std::size_t capacity() const;
+  /// Most boxes, items and cells of a batch that the device's buffers hold, if programs have no more than
+  /// `steps`.
+  std::size_t capacity(std::size_t steps) const;
   void begin(const CellBatch& batch);
   void finish(const CellBatch& batch);
 
@@ -55,10 +60,7 @@ class CellStage {
   const CellSink& sink_;
   std::unique_ptr<Kernel> kernel_;
   NativeCells native_;  // for batches whose loops are too long for the device
-  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_;
+  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_, program_, step_;
 };
-
-/// Adds one run's sums, as the kernels write them, to the sink.
-void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassSink& sink);
 
 }  // namespace boxunion

@@ -49,16 +49,25 @@ class Positions : public VertexSink {
   std::array<std::vector<std::uint32_t>, 3> ordinals_;
 };
 
-/// One run of the method over a grid of tiles.
+/// One run of the method over a grid of tiles, which the operands of an expression share.
 class CellRunner {
  public:
-  CellRunner(const TileGrid& grid, const Options& options, const CellSink& sink, Report& report)
-      : grid_(grid),
+  CellRunner(std::span<const TileGrid> grids, std::span<const Step> expression, const Options& options,
+             const CellSink& sink, Report& report)
+      : grids_(grids),
+        expression_(expression),
         options_(options),
         sink_(sink),
         report_(report),
-        cutters_(
-            Cutter{TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted}), {}}) {}
+        cutters_([&] {
+          const std::size_t operands = sink.programs ? grids.size() : 0;
+          return Cutter{
+              TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted}, operands),
+              std::vector<Presence>(grids.size()),
+              {},
+              {},
+              {}};
+        }) {}
 
   void run() {
     std::unique_ptr<Device> device = open_device(options_.device);
@@ -86,25 +95,59 @@ class CellRunner {
  private:
   struct Cutter {
     TileCutter cutter;
-    std::vector<PackedBox> boxes;  // of the tile at work
+    // of the tile at work
+    std::vector<Presence> presence;
+    std::vector<Step> steps;
+    std::vector<PackedBox> boxes;
+    std::vector<std::uint32_t> operands;  // of the boxes
   };
 
   /// Cuts a tile into cells, appended to `batch`.
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
     if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
-    const auto corner = grid_.corner(tile);
+    const auto corner = grids_[0].corner(tile), edge = grids_[0].edge();
+    const std::array<std::uint32_t, 3> origin{corner[0] - 1, corner[1] - 1, corner[2] - 1};
     LatticeSums sums;
-    auto& [cutter, boxes] = cutters_.local();
-    if (grid_.covered(tile)) {
-      cutter.add_covered_tile(grid_.edge(), sink_.sums ? &sums : nullptr);
-    } else if (grid_.count(tile) > 0) {
-      grid_.gather(tile, boxes);
-      cutter.cut(boxes, grid_.edge(), {corner[0] - 1, corner[1] - 1, corner[2] - 1}, run_cost, batch,
-                 sink_.sums ? &sums : nullptr);
+    Cutter& mine = cutters_.local();
+    for (std::size_t i = 0; i < grids_.size(); ++i)
+      mine.presence[i] = grids_[i].covered(tile)     ? Presence::all
+                         : grids_[i].count(tile) > 0 ? Presence::partial
+                                                     : Presence::absent;
+    const Filling filling = simplify(expression_, mine.presence, mine.steps);
+    if (filling == Filling::everything) {
+      mine.cutter.add_covered_tile(edge, sink_.sums ? &sums : nullptr);
+    } else if (filling == Filling::varies) {
+      gather(tile, mine);
+      const bool is_union = boxunion::is_union(mine.steps);
+      mine.cutter.cut({mine.boxes, mine.operands}, is_union ? std::span<const Step>() : mine.steps, edge,
+                      origin, run_cost, batch, sink_.sums ? &sums : nullptr);
     }
     if (sums != LatticeSums{}) sink_.sums->add(sums, corner);
+    if (sink_.sums && sink_.programs && filling != Filling::nothing)
+      extend_bounds(*sink_.sums, mine.cutter.reach(), origin);
     const std::size_t done = ++done_;
-    if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(grid_.size()));
+    if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(tiles()));
+  }
+
+  /// Gets the boxes of the operands that matter in a tile.
+  void gather(std::size_t tile, Cutter& mine) const {
+    std::ranges::fill(mine.presence, Presence::absent);
+    for (const Step step : mine.steps)
+      if (step.kind == Step::Kind::operand) mine.presence[step.operand] = Presence::partial;
+    mine.boxes.clear();
+    mine.operands.clear();
+    for (std::size_t i = 0; i < grids_.size(); ++i) {
+      if (mine.presence[i] == Presence::absent) continue;
+      grids_[i].gather(tile, mine.boxes);
+      if (sink_.programs) mine.operands.resize(mine.boxes.size(), std::uint32_t(i));
+    }
+  }
+
+  std::size_t tiles() const { return grids_[0].size(); }
+  std::size_t count(std::size_t tile) const {
+    std::size_t sum = 0;
+    for (const TileGrid& grid : grids_) sum += grid.count(tile);
+    return sum;
   }
 
   /// Every thread cuts a tile and computes its cells while they are in its cache.
@@ -116,7 +159,7 @@ class CellRunner {
     PerThread<Worker> workers([&] {
       return Worker{NativeCells(options_.kernel, sink_, options_.interrupted), {}};
     });
-    parallel_ranges(first_tile, grid_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(first_tile, tiles(), 1, [&](std::size_t begin, std::size_t end) {
       Worker& worker = workers.local();
       for (std::size_t tile = begin; tile < end; ++tile) {
         worker.batch.clear();
@@ -129,7 +172,7 @@ class CellRunner {
   /// The host cuts a batch of tiles while the device computes the one before. `tile` is the first tile that
   /// is in no batch.
   void run_on_device(CellStage (&stages)[2], std::size_t& tile) {
-    const std::size_t capacity = stages[0].capacity();
+    const std::size_t capacity = stages[0].capacity(expression_.size());
     for (int current = 0;; current = 1 - current) {
       CellBatch& batch = batches_[current];
       fill(batch, capacity, tile);
@@ -139,7 +182,7 @@ class CellRunner {
         stages[1 - current].finish(previous);
         previous.clear();
       }
-      if (batch.runs.empty() && tile == grid_.size()) return;
+      if (batch.runs.empty() && tile == tiles()) return;
     }
   }
 
@@ -147,8 +190,7 @@ class CellRunner {
   void fill(CellBatch& batch, std::size_t capacity, std::size_t& tile) {
     batch.clear();
     std::size_t end = tile, boxes = 0;
-    while (end < grid_.size() && (boxes == 0 || boxes + grid_.count(end) <= capacity / 4))
-      boxes += grid_.count(end++);
+    while (end < tiles() && (boxes == 0 || boxes + count(end) <= capacity / 4)) boxes += count(end++);
     std::mutex mutex;
     PerThread<CellBatch> parts;
     parallel_ranges(tile, end, 1, [&](std::size_t first, std::size_t last) {
@@ -161,7 +203,8 @@ class CellRunner {
     tile = end;
   }
 
-  const TileGrid& grid_;
+  std::span<const TileGrid> grids_;
+  std::span<const Step> expression_;
   const Options& options_;
   const CellSink& sink_;
   Report& report_;
@@ -172,52 +215,69 @@ class CellRunner {
 
 }  // namespace
 
-void unite_by_cells(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
-                    MassSink* mass, Report& report) {
+void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report) {
   report.method = "cells";
   report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
+  const bool programs = !expression.is_union();
+  if (programs && options.kernel == CellKernel::faces)
+    throw Error(ErrorKind::usage, "the kernel faces finds unions only");
   Stopwatch watch(report);
   const Axes& axes = ordinals.axes;
   const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
   VertexSink* sink = mass ? mass : vertices;
   std::array<std::uint32_t, 3> counts{axes[0].count(), axes[1].count(), axes[2].count()};
   if (counts[0] == 0) return;
+  std::size_t boxes = 0;
+  for (const BoxSet& set : sets) boxes += set.size();
   const auto too_many_tiles = [&](const TileGrid::Plan& plan) {
-    return plan.count() > std::max<std::size_t>(512, boxes.size() / 4);
+    return plan.count() > std::max<std::size_t>(512, boxes / 4);
   };
 
-  std::vector<OrdinalBox>& kept = ordinals.boxes;
-  std::optional<OrdinalSource> source;
+  std::vector<OrdinalSource> sources;
+  const auto use_kept = [&] {
+    sources.clear();
+    const std::span<const OrdinalBox> kept = ordinals.boxes;
+    std::size_t begin = 0;
+    for (const std::size_t end : ordinals.ends) {
+      sources.emplace_back(kept.subspan(begin, end - begin));
+      begin = end;
+    }
+  };
   if (lattice)
-    source.emplace(boxes, axes);
+    for (const BoxSet& set : sets) sources.emplace_back(set, axes);
   else
-    source.emplace(std::span<const OrdinalBox>(kept));
+    use_kept();
   TileGrid::Plan plan;
-  CellSink cells{sink, nullptr};
+  CellSink cells{sink, nullptr, programs};
   std::optional<Positions> positions;
   if (mass && lattice && options.kernel == CellKernel::occupancy) {
-    plan = TileGrid::plan(*source, counts, kSumsLogEdge);
+    plan = TileGrid::plan(sources, counts, kSumsLogEdge);
     if (!too_many_tiles(plan) && plan.touched < 3) cells.sums = mass;
   }
   if (!cells.sums) {
-    plan = TileGrid::plan(*source, counts, kPackedLogEdge);
+    plan = TileGrid::plan(sources, counts, kPackedLogEdge);
     if (too_many_tiles(plan)) {
       std::array<bool, 3> wide;
-      for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes.size();
-      if (lattice) kept = ordinal_boxes(boxes, axes);
-      positions.emplace(kept, wide, *sink);
+      for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes;
+      if (lattice) ordinals = ordinal_boxes(sets, axes);
+      positions.emplace(ordinals.boxes, wide, *sink);
       for (int a = 0; a < 3; ++a)
         if (wide[a]) counts[a] = positions->count(a);
       cells.vertices = &*positions;
-      source.emplace(std::span<const OrdinalBox>(kept));
-      plan = TileGrid::plan(*source, counts, kPackedLogEdge);
+      use_kept();
+      plan = TileGrid::plan(sources, counts, kPackedLogEdge);
     }
   }
   watch.lap("plan");
-  const TileGrid grid(*source, plan, options.interrupted);
+  std::vector<TileGrid> grids;
+  grids.reserve(sources.size());
+  for (const OrdinalSource& source : sources) grids.emplace_back(source, plan, options.interrupted);
   watch.lap("tiles");
-  CellRunner(grid, options, cells, report).run();
-  if (cells.sums && grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
+  CellRunner(grids, expression.steps(), options, cells, report).run();
+  if (cells.sums && !programs)
+    for (const TileGrid& grid : grids)
+      if (grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
   watch.lap("cells");
 }
 

@@ -1,18 +1,23 @@
 #pragma once
 
+#include <span>
+
 #include "core/axis.hpp"
+#include "core/expression.hpp"
 #include "core/mass.hpp"
 #include "core/vertex.hpp"
 #include "host/engine.hpp"
 
 namespace boxunion {
 
-/// The union by cells (Franklin, UNION3): boxes into tiles, tiles into cells, cells through a kernel. Boxes
-/// of three lattices are read as they are; others are turned into ordinals first.
+/// An expression over sets of boxes by cells (Franklin, UNION3): boxes into tiles, tiles into cells, cells
+/// through a kernel. Boxes of three lattices are read as they are; others are turned into ordinals first.
+/// `sets` are the operands, in the order of the expression's names. Throws Error(usage) for the kernel faces,
+/// if the expression is not a union.
 ///
 /// Gives the vertices to `vertices`; or, if `mass` is given, adds to it whatever is cheaper to find, sums or
 /// vertices, and `vertices` stays unused. Fills report.kernel, device, cells and stage times.
-void unite_by_cells(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
-                    MassSink* mass, Report& report);
+void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report);
 
 }  // namespace boxunion

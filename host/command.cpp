@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -12,14 +11,32 @@
 
 #include "core/octants.hpp"
 #include "host/boundary.hpp"
-#include "host/command_output.hpp"
-#include "host/command_run.hpp"
+#include "host/command_results.hpp"
+#include "host/command_threads.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
 
 namespace boxunion::command {
 namespace {
+
+std::string json_array(const std::array<double, 3>& v) {
+  return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
+}
+
+Result vector_result(const std::string& key, const std::array<double, 3>& v) {
+  return {key, json_array(v), fmt::format("{}", fmt::join(v, " "))};
+}
+
+template <std::size_t N>
+Result rows_result(const std::string& key, const std::array<std::array<double, 3>, N>& rows) {
+  std::string json, text;
+  for (const auto& row : rows) {
+    json += (json.empty() ? "[" : ", ") + json_array(row);
+    text += fmt::format("{}{}", text.empty() ? "" : "\n", fmt::join(row, " "));
+  }
+  return {key, json + "]", text};
+}
 
 /// UNION3's table 1 as far as the mass properties do not say it; no cells with method slices.
 std::vector<Result> statistics_results(const Report& report) {
@@ -67,6 +84,62 @@ std::vector<Result> boundary_results(const Boundary& boundary) {
 
 }  // namespace
 
+Options engine_options(const Common& common, ProgressBar& bar) {
+  Options options = common.engine;
+  options.progress = [&bar](double fraction) { bar.show(fraction); };
+  options.warn = [&bar](const std::string& text) {
+    bar.clear();
+    warn(text);
+  };
+  options.interrupted = common.interrupted;
+  return options;
+}
+
+void add_report(std::vector<Result>& results, const Report& report) {
+  results.push_back(string_result("method", report.method));
+  results.push_back(string_result("kernel", report.kernel));
+  results.push_back(string_result("device", report.device));
+  results.push_back(seconds_result(report.seconds));
+}
+
+std::vector<Result> mass_results(const MassProperties& mass) {
+  return {rows_result("bounds", mass.bounds),       number_result("volume", mass.volume),
+          number_result("area", mass.area),         number_result("edge_length", mass.edge_length),
+          vector_result("centroid", mass.centroid), rows_result("inertia", mass.inertia),
+          count_result("vertices", mass.vertices),  count_result("extreme_vertices", mass.extreme_vertices)};
+}
+
+BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions& options,
+                               const Common& common)
+    : output_(output),
+      options_(options),
+      common_(common),
+      file_(open_output(output, common.interrupted, kBoundaryFormats)),
+      format_(file_format(output, kBoundaryFormats)) {}
+
+void BoundaryWriter::write(const Solid& solid, const Options& options, Report& report) {
+  const bool has_floats = format_ == FileFormat::stl || format_ == FileFormat::threemf;
+  const NonManifold contacts =
+      options_.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
+  results_ = solid_results(solid);
+  std::optional<Boundary> boundary;
+  if (common_.json || is_mesh(format_)) {
+    boundary = find_boundary(solid, contacts, options, &report);
+    for (const Result& result : boundary_results(*boundary)) results_.push_back(result);
+  }
+  if (is_mesh(format_))
+    exact_ = write_mesh(boundary->brep, boundary->triangulation, options_.triangles, std::move(file_));
+  else
+    write_vertices(solid, std::move(file_));
+}
+
+std::vector<Result> BoundaryWriter::results() const {
+  if (!exact_) warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output_));
+  std::vector<Result> results = results_;
+  results.push_back(string_result("output", output_));
+  return results;
+}
+
 void measure(const std::string& input, const Common& common) {
   ProgressBar bar(common.quiet);
   Report report;
@@ -79,16 +152,8 @@ void measure(const std::string& input, const Common& common) {
   });
   bar.clear();
 
-  std::vector<Result> results = {count_result("boxes", boxes),
-                                 count_result("degenerate_boxes", degenerate),
-                                 rows_result("bounds", mass.bounds),
-                                 number_result("volume", mass.volume),
-                                 number_result("area", mass.area),
-                                 number_result("edge_length", mass.edge_length),
-                                 vector_result("centroid", mass.centroid),
-                                 rows_result("inertia", mass.inertia),
-                                 count_result("vertices", mass.vertices),
-                                 count_result("extreme_vertices", mass.extreme_vertices)};
+  std::vector<Result> results = {count_result("boxes", boxes), count_result("degenerate_boxes", degenerate)};
+  for (const Result& result : mass_results(mass)) results.push_back(result);
   if (report.statistics) {
     const std::vector<Result> statistics = statistics_results(report);
     if (common.json) {
@@ -107,31 +172,14 @@ void measure(const std::string& input, const Common& common) {
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common) {
   ProgressBar bar(common.quiet);
-  OutputFile file = open_output(output, common.interrupted, kBoundaryFormats);
-  const FileFormat format = file_format(output, kBoundaryFormats);
-  const bool has_floats = format == FileFormat::stl || format == FileFormat::threemf;
-  const NonManifold contacts =
-      boundary_options.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
+  BoundaryWriter writer(output, boundary_options, common);
   const Options options = engine_options(common, bar);
   Report report;
-  std::vector<Result> results;
-  const bool exact = with_threads(common, [&] {
-    const Solid solid = unite(read_boxes(input, common.interrupted), options, &report);
-    results = solid_results(solid);
-    std::optional<Boundary> boundary;
-    if (common.json || is_mesh(format)) {
-      boundary = find_boundary(solid, contacts, options, &report);
-      for (const Result& result : boundary_results(*boundary)) results.push_back(result);
-    }
-    if (is_mesh(format))
-      return write_mesh(boundary->brep, boundary->triangulation, boundary_options.triangles, std::move(file));
-    write_vertices(solid, std::move(file));
-    return true;
+  with_threads(common, [&] {
+    writer.write(unite(read_boxes(input, common.interrupted), options, &report), options, report);
   });
   bar.clear();
-  if (!exact) warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output));
-
-  results.push_back(string_result("output", output));
+  std::vector<Result> results = writer.results();
   add_report(results, report);
   print_results(results, common.json);
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/adjacency.hpp"
 #include "core/evm.hpp"
@@ -54,6 +55,11 @@ void decompose(const std::string& input, const std::string& output, const Decomp
 /// labels to `output` and a table of the components to `components`, where these are not empty.
 void label(const std::string& input, const std::string& output, const std::string& components,
            Connectivity connectivity, const Common& common);
+
+/// Prints the mass properties of a boolean expression over sets of boxes, given as NAME=FILE; writes its
+/// boundary to `output` unless that is empty. Warns of sets that the expression does not name.
+void combine(const std::string& expression, const std::vector<std::string>& sets, const std::string& output,
+             const BoundaryOptions& boundary_options, const Common& common);
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);

@@ -11,7 +11,8 @@
 #include "core/error.hpp"
 #include "core/evm.hpp"
 #include "host/command.hpp"
-#include "host/command_run.hpp"
+#include "host/command_results.hpp"
+#include "host/command_threads.hpp"
 #include "host/files.hpp"
 #include "host/stopwatch.hpp"
 

@@ -1,7 +1,6 @@
 #include "host/command_output.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,13 +12,6 @@
 #include "core/error.hpp"
 
 namespace boxunion::command {
-namespace {
-
-std::string json_array(const std::array<double, 3>& v) {
-  return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
-}
-
-}  // namespace
 
 std::string json_string(std::string_view text) {
   std::string json = "\"";
@@ -50,17 +42,12 @@ Result string_result(const std::string& key, const std::string& text) {
   return {key, json_string(text), text};
 }
 
-Result vector_result(const std::string& key, const std::array<double, 3>& v) {
-  return {key, json_array(v), fmt::format("{}", fmt::join(v, " "))};
-}
-
-Result rows_result(const std::string& key, std::span<const std::array<double, 3>> rows) {
-  std::string json, text;
-  for (const auto& row : rows) {
-    json += (json.empty() ? "[" : ", ") + json_array(row);
-    text += fmt::format("{}{}", text.empty() ? "" : "\n", fmt::join(row, " "));
-  }
-  return {key, json + "]", text};
+Result seconds_result(const std::vector<std::pair<std::string, double>>& stages) {
+  std::string json;
+  for (const auto& [stage, seconds] : stages)
+    json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(stage), json_number(seconds));
+  const double total = stages.empty() ? 0 : stages.back().second;
+  return {"seconds", "{" + json + "}", fmt::format("{}", total)};
 }
 
 void print_results(const std::vector<Result>& results, bool json) {

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <mutex>
-#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace boxunion::command {
@@ -26,9 +25,8 @@ struct Result {
 Result count_result(const std::string& key, std::uint64_t count);
 Result number_result(const std::string& key, double value);
 Result string_result(const std::string& key, const std::string& text);
-Result vector_result(const std::string& key, const std::array<double, 3>& v);
-/// A matrix, one row a line of the table.
-Result rows_result(const std::string& key, std::span<const std::array<double, 3>> rows);
+/// Seconds by stage; the table has those of the last stage, the total.
+Result seconds_result(const std::vector<std::pair<std::string, double>>& stages);
 
 /// Prints results to stdout, as one JSON object or as an aligned table.
 void print_results(const std::vector<Result>& results, bool json);

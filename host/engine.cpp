@@ -1,7 +1,9 @@
 #include "host/engine.hpp"
 
+#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include "core/error.hpp"
 #include "host/cells_method.hpp"
 #include "host/slices_method.hpp"
 #include "host/stopwatch.hpp"
@@ -18,31 +20,49 @@ void with_threads(const Options& options, F&& f) {
 }
 
 /// The ordinals of the boxes; the method cells reads those of three lattices by itself.
-Ordinals find_ordinals(const BoxSet& boxes, const Options& options) {
+Ordinals find_ordinals(std::span<const BoxSet> sets, const Options& options) {
   if (options.method == Method::cells)
-    if (std::optional<Axes> axes = find_lattices(boxes)) return {std::move(*axes), {}};
-  return make_ordinals(boxes);
+    if (std::optional<Axes> axes = find_lattices(sets)) return {std::move(*axes), {}, {}};
+  return make_ordinals(sets);
 }
 
-/// Runs the method that the options ask for; see unite_by_cells about `vertices` and `mass`.
-void unite(const BoxSet& boxes, Ordinals ordinals, const Options& options, VertexSink* vertices,
-           MassSink* mass, Report& report) {
-  if (options.method == Method::cells)
-    unite_by_cells(boxes, std::move(ordinals), options, vertices, mass, report);
+/// An expression over sets of boxes, and how it is to be found.
+struct Job {
+  const Expression& expression;
+  std::span<const BoxSet> sets;
+  const Options& options;
+};
+
+/// Throws for what cannot be done.
+void check(const Job& job) {
+  const std::size_t operands = job.expression.names().size();
+  if (job.sets.size() != operands)
+    throw Error(ErrorKind::usage, fmt::format("{} sets of boxes, expected {}", job.sets.size(), operands));
+  if (job.options.statistics && operands != 1)
+    throw Error(ErrorKind::usage, "statistics are of one set of boxes");
+  if (job.options.method == Method::slices && !job.expression.is_union())
+    throw Error(ErrorKind::usage, "the method slices finds unions only");
+  for (const BoxSet& set : job.sets) validate(set);
+}
+
+/// Runs the method that the options ask for; see combine_by_cells about `vertices` and `mass`.
+void combine(const Job& job, Ordinals ordinals, VertexSink* vertices, MassSink* mass, Report& report) {
+  if (job.options.method == Method::cells)
+    combine_by_cells(job.expression, job.sets, std::move(ordinals), job.options, vertices, mass, report);
   else
-    unite_by_slices(std::move(ordinals.boxes), options, mass ? *mass : *vertices, report);
+    unite_by_slices(std::move(ordinals.boxes), job.options, mass ? *mass : *vertices, report);
 }
 
 /// What every run begins and ends with: f(ordinals, report) does the rest, on the threads asked for.
 template <class F>
-void run(const BoxSet& boxes, const Options& options, Report* report, F&& f) {
+void run(const Job& job, Report* report, F&& f) {
   Report own;
   Report& r = report ? *report : own;
   r = {};
-  with_threads(options, [&] {
+  with_threads(job.options, [&] {
     Stopwatch watch(r);
-    validate(boxes);
-    Ordinals ordinals = find_ordinals(boxes, options);
+    check(job);
+    Ordinals ordinals = find_ordinals(job.sets, job.options);
     watch.lap("ordinals");
     f(std::move(ordinals), r);
     watch.total();
@@ -51,35 +71,47 @@ void run(const BoxSet& boxes, const Options& options, Report* report, F&& f) {
 
 }  // namespace
 
-MassProperties measure(const BoxSet& boxes, const Options& options, Report* report) {
+MassProperties measure(const Expression& expression, std::span<const BoxSet> sets, const Options& options,
+                       Report* report) {
+  const Job job{expression, sets, options};
   MassProperties result;
-  run(boxes, options, report, [&](Ordinals ordinals, Report& r) {
+  run(job, report, [&](Ordinals ordinals, Report& r) {
     MassSink sink(ordinals.axes);
     if (options.statistics) {
       MaskCounter counter(sink);
-      unite(boxes, std::move(ordinals), options, &counter, nullptr, r);
+      combine(job, std::move(ordinals), &counter, nullptr, r);
       Stopwatch sums(r);
-      r.statistics = {sum_boxes(boxes), vertex_kinds(counter.counts())};
+      r.statistics = {sum_boxes(sets[0]), vertex_kinds(counter.counts())};
       sums.lap("statistics");
     } else {
-      unite(boxes, std::move(ordinals), options, nullptr, &sink, r);
+      combine(job, std::move(ordinals), nullptr, &sink, r);
     }
     result = sink.result();
   });
   return result;
 }
 
-Solid unite(const BoxSet& boxes, const Options& options, Report* report) {
+Solid combine(const Expression& expression, std::span<const BoxSet> sets, const Options& options,
+              Report* report) {
+  const Job job{expression, sets, options};
   Solid solid;
-  run(boxes, options, report, [&](Ordinals ordinals, Report& r) {
+  run(job, report, [&](Ordinals ordinals, Report& r) {
     Axes axes = ordinals.axes;
     SolidSink sink;
-    unite(boxes, std::move(ordinals), options, &sink, nullptr, r);
+    combine(job, std::move(ordinals), &sink, nullptr, r);
     Stopwatch sort(r);
     solid = sink.take(std::move(axes));
     sort.lap("sort");
   });
   return solid;
+}
+
+MassProperties measure(const BoxSet& boxes, const Options& options, Report* report) {
+  return measure(Expression::one_operand(), {&boxes, 1}, options, report);
+}
+
+Solid unite(const BoxSet& boxes, const Options& options, Report* report) {
+  return combine(Expression::one_operand(), {&boxes, 1}, options, report);
 }
 
 }  // namespace boxunion

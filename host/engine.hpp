@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/box.hpp"
 #include "core/cells.hpp"
+#include "core/expression.hpp"
 #include "core/mass.hpp"
 #include "core/solid.hpp"
 #include "core/statistics.hpp"
@@ -75,5 +77,18 @@ MassProperties measure(const BoxSet& boxes, const Options& options, Report* repo
 
 /// The vertices of the union of `boxes`. Throws as measure does.
 Solid unite(const BoxSet& boxes, const Options& options, Report* report = nullptr);
+
+/// Mass properties of a boolean expression over sets of boxes, regularised as a union is, without ever
+/// holding its vertices. `sets` are the operands in the order of expression.names(); each stands for the
+/// union of its boxes. Throws as measure does, and Error(usage) where the number of sets is wrong, for
+/// statistics of more than one set, and where Method::slices or CellKernel::faces is asked for more than a
+/// union.
+MassProperties measure(const Expression& expression, std::span<const BoxSet> sets, const Options& options,
+                       Report* report = nullptr);
+
+/// The vertices of a boolean expression over sets of boxes. Throws as measure does. Coordinates that no
+/// vertex has may be among the axes' ones.
+Solid combine(const Expression& expression, std::span<const BoxSet> sets, const Options& options,
+              Report* report = nullptr);
 
 }  // namespace boxunion

@@ -28,12 +28,28 @@ Examples:
   boxunion boundary boxes.csv -o boxes.3mf
   boxunion decompose boxes.csv --order best -o disjoint.csv
   boxunion label boxes.csv --connectivity 26 -o labelled.npy --components components.csv
+  boxunion combine "A and B not C" A=a.csv B=b.npy C=c.csv
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64).
 
 Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
 130 interrupted.)";
+
+constexpr const char* kExpressions = R"(
+Operations, from those that bind tightest; equal ones go from left to right:
+  A and B   A & B   in both
+  A not B   A - B   in A but not in B; also "A minus B", "A and not B"
+  A xor B   A ^ B   in one of them
+  A or B    A | B   in any of them
+Names have letters, digits and _. Each set stands for the union of its boxes; what has no thickness is left out.
+
+Examples:
+  boxunion combine "A not B" A=block.csv B=holes.npy --json
+  boxunion combine "metal and (via1 or via2) not cut" metal=m.npy via1=a.npy via2=b.npy cut=c.csv -o out.stl)";
+
+constexpr const char* kBoundaryOutput =
+    "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf";
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
@@ -68,6 +84,7 @@ class CommandLine {
     add_boundary();
     add_decompose();
     add_label();
+    add_combine();
     add_generate();
     add_devices();
     app_.footer(kExamples);  // last: subcommands inherit what is there before them
@@ -107,13 +124,7 @@ class CommandLine {
   void add_boundary() {
     CLI::App* sub = app_.add_subcommand("boundary", "The boundary of the union: its vertices, or a mesh");
     add_input(sub);
-    add_output(sub, "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf");
-    sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons");
-    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
-                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
-                                           "Edges with four faces and vertices where corners touch: keep, or "
-                                           "split into copies, so that the mesh is a "
-                                           "manifold (default: split for .stl and .3mf, else keep)");
+    add_boundary_options(sub, add_output(sub, kBoundaryOutput));
     add_engine_options(sub);
     add_print_options(sub);
     sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
@@ -123,7 +134,7 @@ class CommandLine {
     CLI::App* sub =
         app_.add_subcommand("decompose", "The union as disjoint boxes, or as its extreme vertices");
     add_input(sub);
-    add_optional_output(sub, "File to write: .csv or .npy");
+    add_output(sub)->required(false);
     add_choice(sub, "--model", decompose_.model,
                {{"evm", command::Model::evm}, {"oudb", command::Model::oudb}, {"cudb", command::Model::cudb}},
                "evm: extreme vertices; oudb: boxes cut at every plane and line of vertices; cudb (default): "
@@ -142,13 +153,26 @@ class CommandLine {
   void add_label() {
     CLI::App* sub = app_.add_subcommand("label", "The connected components of the union");
     add_input(sub);
-    add_optional_output(sub,
-                        "File to write: .csv or .npy, disjoint boxes with the labels of their components");
+    add_output(sub, "File to write: .csv or .npy, disjoint boxes with the labels of their components")
+        ->required(false);
     sub->add_option("--components", components_, "Table of the components to write: .csv or .npy");
     add_connectivity(sub, connectivity_, "What is connected");
     add_engine_options(sub);
     add_print_options(sub);
     sub->callback([this] { command::label(input_, output_, components_, connectivity_, common_); });
+  }
+
+  void add_combine() {
+    CLI::App* sub =
+        app_.add_subcommand("combine", "Boolean expressions over sets of boxes: mass properties, boundary");
+    sub->add_option("EXPRESSION", expression_, "For example \"A and (B or C) not D\", see below")->required();
+    sub->add_option("NAME=FILE", sets_, "Boxes of each set: .csv, .npy, or - for CSV on standard input")
+        ->required();
+    add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
+    add_engine_options(sub);
+    add_print_options(sub);
+    sub->footer(kExpressions);
+    sub->callback([this] { command::combine(expression_, sets_, output_, boundary_, common_); });
   }
 
   void add_generate() {
@@ -188,12 +212,19 @@ class CommandLine {
     sub->add_option("FILE", input_, "Boxes: .csv, .npy, or - for CSV on standard input")->required();
   }
 
-  void add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
-    sub->add_option("-o,--output", output_, help)->required();
+  CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
+    return sub->add_option("-o,--output", output_, help)->required();
   }
 
-  void add_optional_output(CLI::App* sub, const std::string& help) {
-    sub->add_option("-o,--output", output_, help);
+  void add_boundary_options(CLI::App* sub, CLI::Option* output) {
+    sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons")
+        ->needs(output);
+    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
+                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
+                                           "Edges with four faces and vertices where corners touch: keep, or "
+                                           "split into copies, so that the mesh is a "
+                                           "manifold (default: split for .stl and .3mf, else keep)")
+        ->needs(output);
   }
 
   static void add_connectivity(CLI::App* sub, Connectivity& value, const std::string& help) {
@@ -263,7 +294,8 @@ class CommandLine {
   command::BoundaryOptions boundary_;
   command::DecomposeOptions decompose_;
   Connectivity connectivity_ = Connectivity::faces;
-  std::string input_, output_, components_;
+  std::string input_, output_, components_, expression_;
+  std::vector<std::string> sets_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;

@@ -60,7 +60,8 @@ TEST_F(Command, HelpAndVersionAreResults) {
   Outcome r = run("--version");
   EXPECT_EQ(r.status, 0);
   EXPECT_TRUE(r.out.starts_with("boxunion "));
-  for (const char* help : {"--help", "measure --help", "generate --help", "generate cubes --help"}) {
+  for (const char* help :
+       {"--help", "measure --help", "combine --help", "generate --help", "generate cubes --help"}) {
     r = run(help);
     EXPECT_EQ(r.status, 0);
     EXPECT_NE(r.out.find("Usage: boxunion"), std::string::npos);
@@ -312,6 +313,60 @@ TEST_F(Command, BoundaryPrintsTheKeysOfTheContract) {
   run("boundary a.csv -o polygons.obj");
   run("boundary a.csv -o triangles.obj --triangles");
   EXPECT_LT(folder_.read("polygons.obj").size(), folder_.read("triangles.obj").size());
+}
+
+TEST_F(Command, CombinePrintsWhatMeasurePrintsAndWritesWhatBoundaryWrites) {
+  folder_.write("a.csv", "0,0,0,4,4,4\n0,0,0,4,0,4\n");
+  folder_.write("b.csv", "1,1,1,2,2,5\n");
+  // a block with a pit, as boxes without holes
+  folder_.write("same.csv", "0,0,0,4,4,1\n0,0,0,1,4,4\n2,0,0,4,4,4\n0,0,0,4,1,4\n0,2,0,4,4,4\n");
+  const auto without = [](nlohmann::json result, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) EXPECT_EQ(result.erase(key), 1u) << key;
+    return result;
+  };
+  const nlohmann::json result = json("combine 'A not B' A=a.csv B=b.csv --json");
+  EXPECT_EQ(result.at("expression"), "A not B");
+  EXPECT_EQ(result.at("sets"), nlohmann::json({{"A", {{"file", "a.csv"}, {"boxes", 2}}},
+                                               {"B", {{"file", "b.csv"}, {"boxes", 1}}}}));
+  EXPECT_EQ(result.at("boxes"), 3);
+  EXPECT_EQ(result.at("degenerate_boxes"), 1);
+  EXPECT_EQ(without(result, {"expression", "sets", "boxes", "degenerate_boxes", "seconds"}),
+            without(json("measure same.csv --json"), {"boxes", "degenerate_boxes", "seconds"}));
+
+  for (const std::string output : {"v.csv", "v.npy", "m.obj", "m.ply", "m.stl"}) {
+    const nlohmann::json combined = json("combine 'A not B' A=a.csv B=b.csv --json -o combined_" + output);
+    const nlohmann::json expected = json("boundary same.csv --json -o " + output);
+    for (const char* key : {"vertices", "edges", "faces", "holes", "shells", "triangles"})
+      EXPECT_EQ(combined.at(key), expected.at(key)) << key;
+    EXPECT_EQ(combined.at("volume"), 61);
+    EXPECT_EQ(folder_.read("combined_" + output), folder_.read(output));
+  }
+  const Outcome table = run("combine 'A and not(B or C)' A=a.csv B=b.csv C=- < b.csv");
+  EXPECT_EQ(table.status, 0);
+  EXPECT_TRUE(
+      table.out.starts_with("expression        A and not(B or C)\nsets              A: 2 boxes of a.csv\n"
+                            "                  B: 1 boxes of b.csv\n"))
+      << table.out;
+}
+
+TEST_F(Command, CombineSaysWhatIsWrong) {
+  folder_.write("a.csv", "0,0,0,4,4,4\n");
+  expect_error("combine", 2, "EXPRESSION is required");
+  expect_error("combine A", 2, "NAME=FILE is required");
+  expect_error("combine 'A and' A=a.csv", 2, "expression, column 6: expected a name or '(', found the end");
+  expect_error("combine 'A or Q' A=a.csv", 2, "expression, column 6: Q is not given: expected Q=FILE");
+  expect_error("combine A A", 2, "\"A\": expected NAME=FILE");
+  expect_error("combine A or=a.csv", 2, "\"or=a.csv\": an expression has no such name");
+  expect_error("combine A A=a.csv A=a.csv", 2, "A is given twice");
+  expect_error("combine 'A or B' A=- B=-", 2, "standard input can be one set only");
+  expect_error("combine A A=a.csv --triangles", 2, "--triangles requires --output");
+  expect_error("combine 'A or B' A=a.csv B=none.csv -o v.csv", 3,
+               "none.csv: cannot read: No such file or directory");
+  expect_error("combine 'A not B' A=a.csv B=a.csv --kernel faces", 2, "the kernel faces finds unions only");
+  EXPECT_EQ(folder_.file_count(), 1u);
+  const Outcome unused = run("combine A A=a.csv B=none.csv");
+  EXPECT_EQ(unused.status, 0);
+  EXPECT_EQ(unused.err, "boxunion: warning: B is given but not in the expression\n");
 }
 
 TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsWhereItRounds) {

@@ -9,17 +9,32 @@
 namespace boxunion {
 namespace {
 
-/// The grid through the faces of all boxes, and which of its voxels lie in the union. Voxel i of an axis lies
-/// between coordinates i and i + 1; voxels outside the grid are empty.
+/// The boxes of several sets, and which set each belongs to.
+template <class Box>
+struct Flat {
+  explicit Flat(std::span<const std::vector<Box>> sets) {
+    for (std::size_t set = 0; set < sets.size(); ++set)
+      for (const Box& box : sets[set]) {
+        boxes.push_back(box);
+        bit.push_back(std::uint64_t{1} << set);
+      }
+  }
+  std::vector<Box> boxes;
+  std::vector<std::uint64_t> bit;
+};
+
+/// The grid through the faces of all boxes, and which of its voxels lie in the combination. Voxel i of an
+/// axis lies between coordinates i and i + 1; voxels outside the grid are empty.
 template <class T>
 class Grid {
  public:
   using Index = std::array<std::ptrdiff_t, 3>;
   std::array<std::vector<T>, 3> coordinates;
 
-  /// The coordinates of box i are corner(i, axis) and corner(i, axis + 3).
+  /// The coordinates of box i are corner(i, axis) and corner(i, axis + 3); bit[i] tells its set.
   template <class Corner>
-  Grid(std::size_t boxes, Corner&& corner) {
+  Grid(const std::vector<std::uint64_t>& bit, const Combination& combination, Corner&& corner) {
+    const std::size_t boxes = bit.size();
     for (unsigned axis = 0; axis < 3; ++axis) {
       auto& line = coordinates[axis];
       for (std::size_t i = 0; i < boxes; ++i)
@@ -27,7 +42,7 @@ class Grid {
       std::sort(line.begin(), line.end());
       line.erase(std::unique(line.begin(), line.end()), line.end());
     }
-    filled_.resize(std::size_t(points(0) * points(1) * points(2)));
+    std::vector<std::uint64_t> sets(std::size_t(points(0) * points(1) * points(2)));
     for (std::size_t i = 0; i < boxes; ++i) {
       Index lo, hi;
       for (unsigned axis = 0; axis < 3; ++axis) {
@@ -36,8 +51,9 @@ class Grid {
       }
       for (auto z = lo[2]; z < hi[2]; ++z)
         for (auto y = lo[1]; y < hi[1]; ++y)
-          for (auto x = lo[0]; x < hi[0]; ++x) filled_[offset({x, y, z})] = true;
+          for (auto x = lo[0]; x < hi[0]; ++x) sets[offset({x, y, z})] |= bit[i];
     }
+    for (const std::uint64_t s : sets) filled_.push_back(combination(s));
   }
 
   std::ptrdiff_t points(unsigned axis) const { return std::ssize(coordinates[axis]); }
@@ -84,7 +100,14 @@ mpq_class integral(const mpq_class& lo, const mpq_class& hi, const mpq_class& or
 }  // namespace
 
 std::vector<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes) {
-  const Grid<std::uint32_t> grid(boxes.size(), [&](std::size_t i, unsigned corner) {
+  const std::vector<OrdinalBox> set(boxes.begin(), boxes.end());
+  return brute_force_vertices({&set, 1}, [](std::uint64_t sets) { return sets != 0; });
+}
+
+std::vector<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
+                                         const Combination& combination) {
+  const auto [boxes, bit] = Flat<OrdinalBox>(sets);
+  const Grid<std::uint32_t> grid(bit, combination, [&boxes = boxes](std::size_t i, unsigned corner) {
     return corner < 3 ? boxes[i].lo[corner] : boxes[i].hi[corner - 3];
   });
   std::vector<Vertex> vertices;
@@ -102,10 +125,17 @@ std::vector<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes) {
 }
 
 MassProperties brute_force_mass(std::span<const Box> boxes) {
-  std::vector<Box> thick;
-  for (const Box& box : boxes)
-    if (box[0] < box[3] && box[1] < box[4] && box[2] < box[5]) thick.push_back(box);
-  const Grid<mpq_class> grid(thick.size(), [&](std::size_t i, unsigned c) { return mpq_class(thick[i][c]); });
+  const std::vector<Box> set(boxes.begin(), boxes.end());
+  return brute_force_mass({&set, 1}, [](std::uint64_t sets) { return sets != 0; });
+}
+
+MassProperties brute_force_mass(std::span<const std::vector<Box>> sets, const Combination& combination) {
+  std::vector<std::vector<Box>> thick(sets.begin(), sets.end());
+  for (std::vector<Box>& set : thick)
+    std::erase_if(set, [](const Box& b) { return b[0] == b[3] || b[1] == b[4] || b[2] == b[5]; });
+  const Flat<Box> flat(thick);
+  const Grid<mpq_class> grid(flat.bit, combination,
+                             [&](std::size_t i, unsigned c) { return mpq_class(flat.boxes[i][c]); });
   using Index = Grid<mpq_class>::Index;
   const auto lo = [&](Index i, unsigned a) { return grid.coordinates[a][std::size_t(i[a])]; };
   const auto hi = [&](Index i, unsigned a) { return grid.coordinates[a][std::size_t(i[a] + 1)]; };
@@ -166,9 +196,9 @@ MassProperties brute_force_mass(std::span<const Box> boxes) {
   p.volume = round_to_nearest(volume);
   for (unsigned a = 0; a < 3; ++a) {
     p.centroid[a] = round_to_nearest(centroid[a]);
-    // No box is degenerate, so the outermost coordinates are the bounds.
-    p.bounds[0][a] = grid.coordinates[a].front().get_d();
-    p.bounds[1][a] = grid.coordinates[a].back().get_d();
+    const auto [first, last] = std::ranges::minmax(voxels, {}, [a](const Index& v) { return v[a]; });
+    p.bounds[0][a] = lo(first, a).get_d();
+    p.bounds[1][a] = hi(last, a).get_d();
   }
   const double ixy = round_to_nearest(-xy), iyz = round_to_nearest(-yz), izx = round_to_nearest(-zx);
   p.inertia = {{{round_to_nearest(yy + zz), ixy, izx},

@@ -84,6 +84,21 @@ TEST_P(Resilience, CellsLoseNoBatchWhereTheDeviceFailsLater) {
       [&](const Options& options, Report& report) { return measure(boxes, options, &report); });
 }
 
+TEST_P(Resilience, CombinationsLoseNoBatchEither) {
+  if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
+  const Expression expression = Expression::parse("A not B");
+  const std::vector<BoxSet> sets{collect(generate_cubes(100'000, 90, kUniverse, 3)),
+                                 collect(generate_cubes(100'000, 90, kUniverse, 4))};
+  const std::vector<std::string> calls = {"load:1",     "upload:5",   "upload:6",
+                                          "dispatch:1", "download:1", "wait:1"};
+  expect_native_fallback(Method::cells, calls, [&](const Options& options, Report& report) {
+    return combine(expression, sets, options, &report).vertices;
+  });
+  expect_native_fallback(Method::cells, calls, [&](const Options& options, Report& report) {
+    return measure(expression, sets, options, &report);
+  });
+}
+
 void expect_interrupted(const BoxSet& boxes, const Options& options) {
   for (const bool by_measure : {true, false}) try {
       if (by_measure)

@@ -11,6 +11,7 @@
 #include "core/decomposition.hpp"
 #include "core/error.hpp"
 #include "core/evm.hpp"
+#include "core/expression.hpp"
 #include "core/generate.hpp"
 #include "core/mass.hpp"
 #include "core/octants.hpp"
