@@ -100,7 +100,9 @@ class Combine : public testing::TestWithParam<Way> {
     const std::vector<BoxSet> sets = named(expression, all);
     Report report;
     ASSERT_EQ(combine(expression, sets, options(), &report).vertices, brute_force(expression, sets)) << text;
-    ASSERT_EQ(report.device, options().device);
+    if (!report.device.empty()) {  // there was something to do
+      ASSERT_EQ(report.device, options().device);
+    }
     if (numbers) {
       ASSERT_EQ(measure(expression, sets, options()), brute_force_numbers(expression, sets)) << text;
     }
