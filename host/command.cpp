@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -11,21 +10,16 @@
 #include <utility>
 
 #include "core/octants.hpp"
+#include "core/voxel_boxes.hpp"
 #include "host/boundary.hpp"
 #include "host/command_output.hpp"
+#include "host/command_threads.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
 
 namespace boxunion::command {
 namespace {
-
-/// Runs f on as many threads as asked for, and returns what it returns.
-template <class F>
-auto with_threads(const Common& common, F&& f) {
-  tbb::task_arena arena(common.engine.threads > 0 ? common.engine.threads : tbb::task_arena::automatic);
-  return arena.execute(f);
-}
 
 /// The options of a run; they refer to `common` and `bar`.
 Options engine_options(const Common& common, ProgressBar& bar) {
@@ -37,18 +31,6 @@ Options engine_options(const Common& common, ProgressBar& bar) {
   };
   options.interrupted = common.interrupted;
   return options;
-}
-
-Result count_result(const std::string& key, std::uint64_t count) {
-  return {key, fmt::to_string(count), fmt::to_string(count)};
-}
-
-Result number_result(const std::string& key, double value) {
-  return {key, json_number(value), fmt::format("{}", value)};
-}
-
-Result string_result(const std::string& key, const std::string& text) {
-  return {key, json_string(text), text};
 }
 
 std::string json_array(const std::array<double, 3>& v) {
@@ -74,11 +56,7 @@ void add_report(std::vector<Result>& results, const Report& report) {
   results.push_back(string_result("method", report.method));
   results.push_back(string_result("kernel", report.kernel));
   results.push_back(string_result("device", report.device));
-  std::string json;
-  for (const auto& [stage, seconds] : report.seconds)
-    json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(stage), json_number(seconds));
-  const double total = report.seconds.empty() ? 0 : report.seconds.back().second;
-  results.push_back({"seconds", "{" + json + "}", fmt::format("{}", total)});
+  results.push_back(seconds_result(report.seconds));
 }
 
 /// UNION3's table 1 as far as the mass properties do not say it; no cells with method slices.
@@ -132,7 +110,7 @@ void measure(const std::string& input, const Common& common) {
   Report report;
   std::size_t boxes = 0, degenerate = 0;
   const MassProperties mass = with_threads(common, [&] {
-    const BoxSet set = read_boxes(input, common.interrupted);
+    const BoxSet set = read_boxes(input, common.interrupted, common.volume);
     boxes = set.size();
     degenerate = count_degenerate(set);
     return boxunion::measure(set, engine_options(common, bar), &report);
@@ -176,7 +154,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   Report report;
   std::vector<Result> results;
   const bool exact = with_threads(common, [&] {
-    const Solid solid = unite(read_boxes(input, common.interrupted), options, &report);
+    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
     results = solid_results(solid);
     std::optional<Boundary> boundary;
     if (common.json || is_mesh(format)) {
@@ -211,6 +189,25 @@ void generate(const BoxGenerator& generator, const std::string& output, const Co
   });
   bar.clear();
   print_results({count_result("boxes", generator.count), string_result("output", output)}, common.json);
+}
+
+void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
+                     const Common& common) {
+  OutputFile file = as_voxels ? open_output(output, common.interrupted, kVoxelFormats)
+                              : open_output(output, common.interrupted);
+  Result count;
+  with_threads(common, [&] {
+    const Volume volume = generator();
+    if (as_voxels) {
+      count = count_result("voxels", volume.grid.voxels());
+      write_volume<std::uint8_t>(volume.grid, volume.inside, std::move(file));
+    } else {
+      const BoxSet boxes = voxel_boxes(stream_of(volume));
+      count = count_result("boxes", boxes.size());
+      write_boxes(boxes, std::move(file));
+    }
+  });
+  print_results({count, string_result("output", output)}, common.json);
 }
 
 void devices(const Common& common) {

@@ -30,6 +30,26 @@ std::string json_number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : "null";
 }
 
+Result count_result(const std::string& key, std::uint64_t count) {
+  return {key, fmt::to_string(count), fmt::to_string(count)};
+}
+
+Result number_result(const std::string& key, double value) {
+  return {key, json_number(value), fmt::format("{}", value)};
+}
+
+Result string_result(const std::string& key, const std::string& text) {
+  return {key, json_string(text), text};
+}
+
+Result seconds_result(const std::vector<std::pair<std::string, double>>& stages) {
+  std::string json;
+  for (const auto& [stage, seconds] : stages)
+    json += fmt::format("{}{}: {}", json.empty() ? "" : ", ", json_string(stage), json_number(seconds));
+  const double total = stages.empty() ? 0 : stages.back().second;
+  return {"seconds", "{" + json + "}", fmt::format("{}", total)};
+}
+
 void print_results(const std::vector<Result>& results, bool json) {
   std::string out;
   if (json) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace boxunion::command {
@@ -19,6 +21,12 @@ struct Result {
   std::string json;  ///< a JSON value
   std::string text;  ///< of the table, of one or more lines
 };
+
+Result count_result(const std::string& key, std::uint64_t count);
+Result number_result(const std::string& key, double value);
+Result string_result(const std::string& key, const std::string& text);
+/// Seconds by stage; the table has those of the last stage, the total.
+Result seconds_result(const std::vector<std::pair<std::string, double>>& stages);
 
 /// Prints results to stdout, as one JSON object or as an aligned table.
 void print_results(const std::vector<Result>& results, bool json);

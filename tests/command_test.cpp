@@ -101,14 +101,17 @@ TEST_F(Command, BadInputExitsWith3) {
   expect_error("measure inf.csv", 3, "inf.csv:1: zmax is inf, expected a finite number");
   folder_.write("reversed.csv", "0,0,0,1,1,1\n0,2,0,1,1,1\n");
   expect_error("measure reversed.csv", 3, "reversed.csv:2: ymin is 2 and ymax is 1, expected ymin <= ymax");
-  expect_error("measure boxes.txt", 3, "boxes.txt: unknown extension .txt, expected .csv or .npy");
+  expect_error("measure boxes.txt", 3,
+               "boxes.txt: unknown extension .txt, expected .csv, .npy, .nrrd, .nhdr, .mha, .mhd, .tif, "
+               ".tiff or .vox");
 
   const auto npy = [&](const std::string& name, const std::string& dictionary, std::size_t bytes) {
     folder_.write(name,
                   "\x93NUMPY\1\0"s + char(dictionary.size()) + '\0' + dictionary + std::string(bytes, '\0'));
   };
   npy("shape.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (6, 2), }\n", 96);
-  expect_error("measure shape.npy", 3, "shape.npy: found an array of shape (6, 2), expected (n, 6)");
+  expect_error("measure shape.npy", 3,
+               "shape.npy: found an array of shape (6, 2), expected (n, 6), or (z, y, x) for voxels");
   npy("type.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (1, 6), }\n", 96);
   expect_error(
       "measure type.npy", 3,
