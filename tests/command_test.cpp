@@ -363,6 +363,85 @@ TEST_F(Command, SlabsAreStreamedNotHeld) {
   EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 8000);
 }
 
+TEST_F(Command, VolumesAreMeasuredAsTheirBoxes) {
+  EXPECT_EQ(json("generate porous --size 30 20 10 --seed 3 -o v.npy --volume --json"),
+            (nlohmann::json{{"voxels", 6000}, {"output", "v.npy"}}));
+  const nlohmann::json boxes = json("generate porous --size 30 20 10 --seed 3 -o b.csv --json");
+  nlohmann::json volume = json("measure v.npy --json"), expected = json("measure b.csv --json");
+  EXPECT_EQ(volume.at("boxes"), boxes.at("boxes"));
+  EXPECT_EQ(volume.at("volume"), 3000);
+  volume.erase("seconds");
+  expected.erase("seconds");
+  EXPECT_EQ(volume, expected);
+  EXPECT_EQ(json("measure v.npy --threshold 2 --json").at("boxes"), 0);
+  EXPECT_EQ(run("boundary v.npy -o a.obj").status, 0);
+  EXPECT_EQ(run("boundary b.csv -o b.obj").status, 0);
+  EXPECT_EQ(folder_.read("a.obj"), folder_.read("b.obj"));
+  const nlohmann::json phantom = json("generate phantom --size 64 -o p.npy --json");
+  EXPECT_EQ(json("measure p.npy --json").at("boxes"), phantom.at("boxes"));
+}
+
+TEST_F(Command, WrongUsageOfVolumesExitsWith2) {
+  folder_.write("a.csv", "0,0,0,1,1,1\n");
+  expect_error("measure a.csv --threshold 1", 2, "a.csv: found boxes, but a threshold is for voxels");
+  expect_error("measure a.csv --model 1", 2, "a.csv: only .vox files have models to choose");
+  expect_error("measure a.npy --threshold nan", 2, "--threshold: expected a finite number");
+  expect_error("label a.npy", 2, "--connectivity is required");
+  expect_error("label a.npy --connectivity 18", 2, "--connectivity: 18 not in {26,6}");
+  expect_error("generate porous --size 3 4 -o a.npy", 2, "--size has two numbers, expected one or three");
+  expect_error("generate porous --size 3 --porosity 2 -o a.npy", 2, "porosity is 2, expected 0 to 1");
+  expect_error("generate phantom --size 0 -o a.npy", 2, "size is 0, expected 1 to 2147483647");
+  expect_error("generate phantom --size 3 --volume -o a.csv", 3,
+               "a.csv: unknown extension .csv, expected .npy");
+  EXPECT_EQ(folder_.file_count(), 1u);
+}
+
+TEST_F(Command, LabelWritesTheComponentsOfAVolume) {
+  // two voxels that share an edge, and one apart, of 3 x 2 x 1 voxels of uint8
+  const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1, 2, 3), }\n";
+  folder_.write("v.npy", "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header + "\0\7\0\7\0\7"s);
+  const auto counts = [&](const std::string& arguments) {
+    nlohmann::json result = json("label v.npy --json " + arguments);
+    EXPECT_TRUE(result.at("seconds").contains("total"));
+    result.erase("seconds");
+    return result;
+  };
+  EXPECT_EQ(counts("--connectivity 6 -o l.npy"), (nlohmann::json{{"components", 3},
+                                                                 {"voxels", 3},
+                                                                 {"largest_component", 1},
+                                                                 {"connectivity", 6},
+                                                                 {"output", "l.npy"}}));
+  const std::string labels = folder_.read("l.npy");
+  EXPECT_NE(labels.find("{'descr': '<u4', 'fortran_order': False, 'shape': (1, 2, 3), }"), std::string::npos);
+  EXPECT_EQ(labels.substr(128), "\0\0\0\0\1\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\3\0\0\0"s);
+  EXPECT_EQ(
+      counts("--connectivity 26"),
+      (nlohmann::json{{"components", 1}, {"voxels", 3}, {"largest_component", 3}, {"connectivity", 26}}));
+  EXPECT_EQ(counts("--connectivity 26 --threshold 8").at("components"), 0);
+  folder_.write("bad.npy", folder_.read("v.npy") + "x");
+  expect_error("label bad.npy --connectivity 6 -o l.npy", 3,
+               "bad.npy: found 1 bytes after the 6 bytes of the voxels, expected none");
+  EXPECT_EQ(folder_.read("l.npy"), labels);
+  folder_.write("a.csv", "0,0,0,1,1,1\n");
+  expect_error("label a.csv --connectivity 6", 3,
+               "a.csv: unknown extension .csv, expected .npy, .nrrd, .nhdr, .mha, .mhd, .tif, .tiff or .vox");
+}
+
+TEST_F(Command, VolumesAreStreamedNotHeld) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve more than any limit";
+#endif
+  // 1 GiB of voxels as a file with holes, measured within 400 MB
+  const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1024, 1024, 1024), }\n";
+  const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
+  folder_.write("big.npy", start + "\1");
+  std::filesystem::resize_file(folder_.file("big.npy"), start.size() + (std::uintmax_t{1} << 30));
+  const Outcome r =
+      shell("ulimit -v 400000; " BOXUNION_COMMAND " measure big.npy --device native --threads 2 --json");
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 1);
+}
+
 TEST_F(Command, DevicesAlwaysListsTheNativeOne) {
   const nlohmann::json result = json("devices --json");
   EXPECT_EQ(result.at("devices").at(0).at("id"), "native");
