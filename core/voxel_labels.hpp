@@ -29,7 +29,7 @@ struct VoxelComponent {
 /// outside. Returns the components in that order.
 ///
 /// Works on runs along the first axis: two passes with a union-find over runs of neighbouring rows that
-/// overlap. Besides the volumes it needs 16 bytes a run. Parallel; the result does not depend on the threads.
+/// overlap. Besides the volumes it needs 12 bytes a run. Parallel; the result does not depend on the threads.
 /// Throws Error(resources) if there are 2^32 - 1 runs or more.
 std::vector<VoxelComponent> label_voxels(const Volume& volume, VoxelConnectivity connectivity,
                                          std::span<std::uint32_t> labels);
