@@ -33,9 +33,9 @@ need() {
 
 # What it takes to build the library and the command, and to have an OpenCL and a Vulkan device on any CPU.
 build_packages=(
-  g++ cmake ninja-build libtbb-dev libfmt-dev libcli11-dev libfast-float-dev libboost-dev
+  g++ cmake ninja-build libtbb-dev libfmt-dev libcli11-dev libfast-float-dev libboost-dev zlib1g-dev
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libvulkan-dev mesa-vulkan-drivers glslang-tools lib3mf-dev
+  libvulkan-dev mesa-vulkan-drivers glslang-tools lib3mf-dev libtiff-dev
 )
 # What the tests, benchmarks and checkers need besides.
 check_packages=(

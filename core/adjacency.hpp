@@ -5,16 +5,11 @@
 #include <cstdint>
 #include <span>
 
+#include "core/connectivity.hpp"
 #include "core/decomposition.hpp"
 #include "core/memory.hpp"
 
 namespace boxunion {
-
-/// Which boxes (or voxels) count as neighbours.
-enum class Connectivity {
-  faces = 6,   ///< they share a part of a face
-  points = 26  ///< they share any point
-};
 
 /// For each box a list of others, in flat arrays: box i has boxes[offsets[i]] .. boxes[offsets[i + 1] - 1],
 /// ascending.

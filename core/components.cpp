@@ -1,6 +1,7 @@
 #include "core/components.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/disjoint_sets.hpp"
@@ -98,6 +99,25 @@ std::vector<Component> measure_components(const Decomposition& decomposition, co
     }
   });
   return components;
+}
+
+std::vector<Component> measure_components(const VoxelGrid& grid, std::span<const VoxelComponent> components) {
+  Dyadic voxel{1, 0};
+  for (const double edge : grid.spacing) voxel = voxel * dyadic(std::abs(edge));
+  std::vector<Component> result(components.size());
+  parallel_ranges(0, components.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      result[c].boxes = components[c].voxels;
+      result[c].volume = round_to_double(Dyadic{BigInteger(components[c].voxels), 0} * voxel);
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double first = grid.edge(a, components[c].first[a]),
+                     last = grid.edge(a, components[c].last[a] + 1);
+        result[c].bounds[0][grid.axes[a]] = std::min(first, last);
+        result[c].bounds[1][grid.axes[a]] = std::max(first, last);
+      }
+    }
+  });
+  return result;
 }
 
 }  // namespace boxunion

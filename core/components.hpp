@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/adjacency.hpp"
 #include "core/decomposition.hpp"
+#include "core/voxel_labels.hpp"
 
 namespace boxunion {
 
@@ -28,5 +30,8 @@ struct Component {
 
 /// The components of labelled boxes, in the order of the labels. Parallel.
 std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels);
+
+/// The same of components of voxels, each a box; the volume is that of so many voxels, rounded once.
+std::vector<Component> measure_components(const VoxelGrid& grid, std::span<const VoxelComponent> components);
 
 }  // namespace boxunion

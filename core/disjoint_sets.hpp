@@ -50,6 +50,9 @@ class DisjointSets {
     }
   }
 
+  /// The parent of each element: itself if it stands for its set, else a lower element of it. Leaves no sets.
+  Array<std::uint32_t> take_parents() { return std::move(parents_); }
+
  private:
   std::atomic_ref<std::uint32_t> at(std::uint32_t i) { return std::atomic_ref(parents_[i]); }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -20,6 +21,8 @@ struct VoxelGrid {
 
   std::size_t slice() const { return size[0] * size[1]; }
   std::size_t voxels() const { return slice() * size[2]; }
+  /// Coordinate of edge k of axis a, rounded once.
+  double edge(std::size_t a, std::int64_t k) const { return std::fma(double(k), spacing[a], origin[a]); }
 };
 
 /// The voxels of a volume, to be read once, slice by slice, so that they are never all in memory.

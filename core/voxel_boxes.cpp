@@ -58,7 +58,31 @@ std::vector<Rectangle> slice_rectangles(const VoxelRuns& runs, std::size_t first
   return rectangles;
 }
 
-/// The boxes in voxels along the volume's axes.
+bool has_whole_edges(const VoxelGrid& grid) {
+  const auto fits = [](double edge) {
+    return std::abs(edge) <= double(std::numeric_limits<std::int32_t>::max());
+  };
+  for (std::size_t a = 0; a < 3; ++a)
+    if (std::trunc(grid.origin[a]) != grid.origin[a] || std::trunc(grid.spacing[a]) != grid.spacing[a] ||
+        !fits(grid.origin[a]) || !fits(grid.edge(a, std::int64_t(grid.size[a]))))
+      return false;
+  return true;
+}
+
+/// A box in voxels, put where its voxels lie.
+template <class T>
+BoxOf<T> placed(const IntegerBox& box, const VoxelGrid& grid) {
+  BoxOf<T> result;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double first = grid.edge(a, box[a]), last = grid.edge(a, box[a + 3]);
+    result[grid.axes[a]] = T(std::min(first, last));
+    result[grid.axes[a] + 3] = T(std::max(first, last));
+  }
+  return result;
+}
+
+}  // namespace
+
 std::vector<IntegerBox> index_boxes(const VoxelStream& stream) {
   const VoxelGrid& grid = stream.grid;
   const std::size_t height = grid.size[1], at_once = slices_at_once(grid);
@@ -99,43 +123,14 @@ std::vector<IntegerBox> index_boxes(const VoxelStream& stream) {
   return boxes;
 }
 
-double edge(const VoxelGrid& grid, std::size_t axis, std::int64_t k) {
-  return std::fma(double(k), grid.spacing[axis], grid.origin[axis]);
-}
-
-bool has_whole_edges(const VoxelGrid& grid) {
-  const auto fits = [](double edge) {
-    return std::abs(edge) <= double(std::numeric_limits<std::int32_t>::max());
-  };
-  for (std::size_t a = 0; a < 3; ++a)
-    if (std::trunc(grid.origin[a]) != grid.origin[a] || std::trunc(grid.spacing[a]) != grid.spacing[a] ||
-        !fits(grid.origin[a]) || !fits(edge(grid, a, std::int64_t(grid.size[a]))))
-      return false;
-  return true;
-}
-
-/// A box in voxels, put where its voxels lie.
-template <class T>
-BoxOf<T> placed(const IntegerBox& box, const VoxelGrid& grid) {
-  BoxOf<T> result;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double first = edge(grid, a, box[a]), last = edge(grid, a, box[a + 3]);
-    result[grid.axes[a]] = T(std::min(first, last));
-    result[grid.axes[a] + 3] = T(std::max(first, last));
-  }
-  return result;
-}
-
-}  // namespace
-
 BoxSet voxel_boxes(const VoxelStream& stream) {
   const VoxelGrid& grid = stream.grid;
   for (std::size_t a = 0; a < 3; ++a)
-    if (!std::isfinite(grid.origin[a]) || !std::isfinite(edge(grid, a, std::int64_t(grid.size[a]))))
+    if (!std::isfinite(grid.origin[a]) || !std::isfinite(grid.edge(a, std::int64_t(grid.size[a]))))
       throw Error(ErrorKind::input,
                   fmt::format("the volume ends at {} with {} voxels of {} from {}, expected finite "
                               "numbers",
-                              edge(grid, a, std::int64_t(grid.size[a])), grid.size[a], grid.spacing[a],
+                              grid.edge(a, std::int64_t(grid.size[a])), grid.size[a], grid.spacing[a],
                               grid.origin[a]));
   std::vector<IntegerBox> boxes = index_boxes(stream);
   constexpr std::size_t kGrain = std::size_t{1} << 14;

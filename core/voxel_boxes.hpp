@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/box.hpp"
 #include "core/volume.hpp"
 
@@ -9,9 +11,13 @@ namespace boxunion {
 ///
 /// Runs along x that repeat from row to row become rectangles, rectangles that repeat from slice to slice
 /// become boxes: the CUDB decomposition (Cruz-Matías and Ayala) in the order z, y, x, made while the slices
-/// stream by, with memory for the boxes and a few slices. Sorted by the first voxel's z, y, x along the
-/// volume's axes. The boxes are 32-bit integers where origin and spacing are whole numbers and all edges fit,
-/// else doubles, each edge rounded once. Parallel.
+/// stream by, with memory for the boxes and a few slices. Sorted by the first voxel's z, y, x. In units of
+/// voxels along the volume's axes: voxel (i, j, k) is the box from (i, j, k) to (i + 1, j + 1, k + 1).
+/// Parallel.
+std::vector<IntegerBox> index_boxes(const VoxelStream& stream);
+
+/// The same boxes where the volume's grid has them: 32-bit integers where origin and spacing are whole
+/// numbers and all edges fit, else doubles, each edge rounded once. Parallel.
 ///
 /// Throws Error(input) if an edge is beyond the doubles.
 BoxSet voxel_boxes(const VoxelStream& stream);

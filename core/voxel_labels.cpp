@@ -17,25 +17,25 @@ void join_rows(const VoxelRuns& runs, std::size_t row, std::size_t other_row, st
   std::size_t a = runs.start(row), b = runs.start(other_row);
   const std::size_t a_end = runs.start(row + 1), b_end = runs.start(other_row + 1);
   while (a < a_end && b < b_end) {
-    if (runs[a].begin < runs[b].end + reach && runs[b].begin < runs[a].end + reach)
+    const Run of_a = runs[a], of_b = runs[b];
+    if (of_a.begin < of_b.end + reach && of_b.begin < of_a.end + reach)
       sets.join(std::uint32_t(a), std::uint32_t(b));
-    if (runs[a].end < runs[b].end)
-      ++a;
-    else
-      ++b;
+    const bool a_ends_first = of_a.end < of_b.end;
+    a += a_ends_first;
+    b += !a_ends_first;
   }
 }
 
 /// Joins the runs of a row with those of its neighbours among the rows before it.
-void join_neighbours(const VoxelRuns& runs, std::size_t row, std::size_t height,
-                     VoxelConnectivity connectivity, DisjointSets& sets) {
+void join_neighbours(const VoxelRuns& runs, std::size_t row, std::size_t height, Connectivity connectivity,
+                     DisjointSets& sets) {
   const std::size_t y = row % height;
   const bool is_first_slice = row < height;
-  const std::uint32_t reach = connectivity == VoxelConnectivity::corners ? 1 : 0;
+  const std::uint32_t reach = connectivity == Connectivity::points ? 1 : 0;
   if (y > 0) join_rows(runs, row, row - 1, reach, sets);
   if (is_first_slice) return;
   join_rows(runs, row, row - height, reach, sets);
-  if (connectivity == VoxelConnectivity::faces) return;
+  if (connectivity == Connectivity::faces) return;
   if (y > 0) join_rows(runs, row, row - height - 1, reach, sets);
   if (y + 1 < height) join_rows(runs, row, row - height + 1, reach, sets);
 }
@@ -58,7 +58,7 @@ class ComponentCounter {
 
 }  // namespace
 
-std::vector<VoxelComponent> label_voxels(const Volume& volume, VoxelConnectivity connectivity,
+std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity connectivity,
                                          std::span<std::uint32_t> labels) {
   const auto [width, height, depth] = volume.grid.size;
   const VoxelRuns runs(volume.inside, width);
@@ -72,27 +72,22 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, VoxelConnectivity
     for (std::size_t row = begin; row < end; ++row) join_neighbours(runs, row, height, connectivity, sets);
   });
 
-  Array<std::uint32_t> run_labels;
-  with_memory("the labels of runs", runs.size() * sizeof(std::uint32_t),
-              [&] { run_labels.resize(runs.size()); });
+  // Parents are lower than their children, so those of the runs before are labels already.
+  Array<std::uint32_t> run_labels = sets.take_parents();
   ComponentCounter counter;
   std::uint32_t count = 0;
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r) {
-      const std::uint32_t root = sets.find(std::uint32_t(r));
-      run_labels[r] = root == r ? ++count : run_labels[root];
+      run_labels[r] = run_labels[r] == r ? ++count : run_labels[run_labels[r]];
       counter.add(run_labels[r], runs[r], std::uint32_t(row % height), std::uint32_t(row / height));
     }
 
   parallel_ranges(0, rows, grain, [&, width = width](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
-      std::uint32_t* at = labels.data() + row * width;
-      std::uint32_t* const row_labels = at;
-      for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r) {
-        at = std::fill_n(at, row_labels + runs[r].begin - at, 0u);
-        at = std::fill_n(at, runs[r].end - runs[r].begin, run_labels[r]);
-      }
-      std::fill(at, row_labels + width, 0u);
+      std::uint32_t* const voxels = labels.data() + row * width;
+      std::fill_n(voxels, width, 0u);
+      for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r)
+        std::fill(voxels + runs[r].begin, voxels + runs[r].end, run_labels[r]);
     }
   });
   return counter.take();

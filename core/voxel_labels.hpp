@@ -5,15 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "core/connectivity.hpp"
 #include "core/volume.hpp"
 
 namespace boxunion {
-
-/// Which voxels are neighbours.
-enum class VoxelConnectivity {
-  faces = 6,     ///< those that share a face
-  corners = 26,  ///< those that share a face, an edge or a corner
-};
 
 /// A connected component of the voxels inside.
 struct VoxelComponent {
@@ -29,9 +24,9 @@ struct VoxelComponent {
 /// outside. Returns the components in that order.
 ///
 /// Works on runs along the first axis: two passes with a union-find over runs of neighbouring rows that
-/// overlap. Besides the volumes it needs 16 bytes a run. Parallel; the result does not depend on the threads.
+/// overlap. Besides the volumes it needs 12 bytes a run. Parallel; the result does not depend on the threads.
 /// Throws Error(resources) if there are 2^32 - 1 runs or more.
-std::vector<VoxelComponent> label_voxels(const Volume& volume, VoxelConnectivity connectivity,
+std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity connectivity,
                                          std::span<std::uint32_t> labels);
 
 }  // namespace boxunion

@@ -1,5 +1,9 @@
 #include "core/voxel_runs.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,19 +15,24 @@
 namespace boxunion {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "byte i of a word is voxel i");
-
 /// Bit i says whether byte i is not 0.
-std::uint64_t bits_of_8(const std::uint8_t* bytes) {
-  constexpr std::uint64_t kLow7 = 0x7f7f7f7f7f7f7f7f, kGather = 0x0102040810204080;
-  std::uint64_t word;
-  std::memcpy(&word, bytes, 8);
-  return ((((word & kLow7) + kLow7) | word) >> 7 & (~kLow7 >> 7)) * kGather >> 56;
-}
-
 std::uint64_t bits_of_64(const std::uint8_t* bytes) {
   std::uint64_t bits = 0;
-  for (unsigned i = 0; i < 64; i += 8) bits |= bits_of_8(bytes + i) << i;
+#ifdef __SSE2__
+  for (unsigned i = 0; i < 64; i += 16) {
+    const __m128i sixteen = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes + i));
+    const auto zeros = unsigned(_mm_movemask_epi8(_mm_cmpeq_epi8(sixteen, _mm_setzero_si128())));
+    bits |= std::uint64_t(zeros ^ 0xffff) << i;
+  }
+#else
+  static_assert(std::endian::native == std::endian::little, "byte i of a word is voxel i");
+  constexpr std::uint64_t kLow7 = 0x7f7f7f7f7f7f7f7f, kGather = 0x0102040810204080;
+  for (unsigned i = 0; i < 64; i += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes + i, 8);
+    bits |= (((((eight & kLow7) + kLow7) | eight) >> 7 & (~kLow7 >> 7)) * kGather >> 56) << i;
+  }
+#endif
   return bits;
 }
 

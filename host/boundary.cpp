@@ -2,7 +2,6 @@
 
 #include <tbb/task_arena.h>
 
-#include "core/error.hpp"
 #include "host/stopwatch.hpp"
 
 namespace boxunion {
@@ -11,18 +10,15 @@ Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& 
   Report own;
   Report& r = report ? *report : own;
   Boundary boundary;
-  Stopwatch watch(r);
-  const auto finish = [&](std::string_view stage) {
-    watch.lap(stage);
-    if (options.interrupted && *options.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
-  };
+  Stages stages(r, options.interrupted);
+  const auto finish = [&](std::string_view stage) { stages.finish(stage); };
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] {
     boundary.brep = make_brep(solid, contacts, finish);
     boundary.triangulation = triangulate(boundary.brep.points, boundary.brep.faces);
     finish("triangles");
   });
-  watch.total();
+  stages.end();
   return boundary;
 }
 

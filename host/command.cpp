@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/octants.hpp"
+#include "core/voxel_boxes.hpp"
 #include "host/boundary.hpp"
 #include "host/command_results.hpp"
 #include "host/command_threads.hpp"
@@ -145,7 +146,7 @@ void measure(const std::string& input, const Common& common) {
   Report report;
   std::size_t boxes = 0, degenerate = 0;
   const MassProperties mass = with_threads(common, [&] {
-    const BoxSet set = read_boxes(input, common.interrupted);
+    const BoxSet set = read_boxes(input, common.interrupted, common.volume);
     boxes = set.size();
     degenerate = count_degenerate(set);
     return boxunion::measure(set, engine_options(common, bar), &report);
@@ -176,7 +177,8 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   const Options options = engine_options(common, bar);
   Report report;
   with_threads(common, [&] {
-    writer.write(unite(read_boxes(input, common.interrupted), options, &report), options, report);
+    writer.write(unite(read_boxes(input, common.interrupted, common.volume), options, &report), options,
+                 report);
   });
   bar.clear();
   std::vector<Result> results = writer.results();
@@ -199,6 +201,25 @@ void generate(const BoxGenerator& generator, const std::string& output, const Co
   });
   bar.clear();
   print_results({count_result("boxes", generator.count), string_result("output", output)}, common.json);
+}
+
+void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
+                     const Common& common) {
+  OutputFile file = as_voxels ? open_output(output, common.interrupted, kVoxelFormats)
+                              : open_output(output, common.interrupted);
+  Result count;
+  with_threads(common, [&] {
+    const Volume volume = generator();
+    if (as_voxels) {
+      count = count_result("voxels", volume.grid.voxels());
+      write_volume<std::uint8_t>(volume.grid, volume.inside, std::move(file));
+    } else {
+      const BoxSet boxes = voxel_boxes(stream_of(volume));
+      count = count_result("boxes", boxes.size());
+      write_boxes(boxes, std::move(file));
+    }
+  });
+  print_results({count, string_result("output", output)}, common.json);
 }
 
 void devices(const Common& common) {

@@ -2,15 +2,17 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/adjacency.hpp"
+#include "core/connectivity.hpp"
 #include "core/evm.hpp"
 #include "core/generate.hpp"
 #include "core/points.hpp"
 #include "host/engine.hpp"
+#include "host/volume.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout and its progress and warnings to
 // stderr, throws Error, and stops with Error(interrupted) soon after `interrupted` becomes true.
@@ -19,7 +21,8 @@ namespace boxunion::command {
 
 /// Options that several subcommands take.
 struct Common {
-  Options engine;  ///< method, device, threads, tuning, statistics
+  Options engine;        ///< method, device, threads, tuning, statistics
+  VolumeOptions volume;  ///< threshold and model, where the input is voxels
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;
 };
@@ -51,10 +54,16 @@ struct DecomposeOptions {
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
                const Common& common);
 
-/// Finds the connected components of the union of the boxes in `input`. Writes its disjoint boxes with their
-/// labels to `output` and a table of the components to `components`, where these are not empty.
-void label(const std::string& input, const std::string& output, const std::string& components,
-           Connectivity connectivity, const Common& common);
+/// What `label` is asked for besides its files.
+struct LabelOptions {
+  Connectivity connectivity = Connectivity::faces;
+  std::string components;  ///< file for a table of the components, if not empty
+};
+
+/// Finds the connected components of the union of the boxes or voxels in `input`. Writes, where `output` is
+/// not empty, a volume of labels for a volume, else disjoint boxes with their labels.
+void label(const std::string& input, const std::string& output, const LabelOptions& label_options,
+           const Common& common);
 
 /// Prints the mass properties of a boolean expression over sets of boxes, given as NAME=FILE; writes its
 /// boundary to `output` unless that is empty. Warns of sets that the expression does not name.
@@ -63,6 +72,10 @@ void combine(const std::string& expression, const std::vector<std::string>& sets
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);
+
+/// Writes a generated volume to `output`: its voxels (.npy) if `as_voxels`, else its boxes.
+void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
+                     const Common& common);
 
 /// Lists the devices of this machine.
 void devices(const Common& common);

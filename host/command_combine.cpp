@@ -93,7 +93,8 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   with_threads(common, [&] {
     std::vector<BoxSet> sets;
     sets.reserve(files.size());
-    for (const NamedFile& file : files) sets.push_back(read_boxes(file.path, common.interrupted));
+    for (const NamedFile& file : files)
+      sets.push_back(read_boxes(file.path, common.interrupted, common.volume));
     for (const Result& result : set_results(files, sets)) results.push_back(result);
     MassProperties mass;
     if (writer) {

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 
 #include "core/error.hpp"
+#include "core/voxel_boxes.hpp"
 #include "host/formats.hpp"
 
 namespace boxunion {
@@ -28,6 +30,20 @@ const char* extension_of(FileFormat format) {
       return ".stl";
     case FileFormat::threemf:
       return ".3mf";
+    case FileFormat::nrrd:
+      return ".nrrd";
+    case FileFormat::nhdr:
+      return ".nhdr";
+    case FileFormat::mha:
+      return ".mha";
+    case FileFormat::mhd:
+      return ".mhd";
+    case FileFormat::tif:
+      return ".tif";
+    case FileFormat::tiff:
+      return ".tiff";
+    case FileFormat::vox:
+      return ".vox";
   }
   return "";
 }
@@ -49,6 +65,10 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
       if (expected[i] == FileFormat::threemf)
         throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without lib3mf", path));
 #endif
+#ifndef BOXUNION_HAVE_TIFF
+      if (expected[i] == FileFormat::tif || expected[i] == FileFormat::tiff)
+        throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without libtiff", path));
+#endif
       return expected[i];
     }
     all += fmt::format("{}{}",
@@ -62,10 +82,19 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
                                 : fmt::format("{}: unknown extension {}, expected {}", path, extension, all));
 }
 
-BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kBoxFormats);
-  InputFile file(path, interrupted);
-  return format == FileFormat::csv ? csv::read_boxes(file) : npy::read_boxes(file);
+BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
+                  const VolumeOptions& volume) {
+  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
+  const auto file = std::make_shared<InputFile>(path, interrupted);
+  if (volume.model && format != FileFormat::vox)
+    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", file->name()));
+  if (format == FileFormat::vox) return vox::read_boxes(*file, volume);
+  if (format != FileFormat::csv)
+    if (const auto stream = open_volume(file, format, volume, interrupted)) return voxel_boxes(*stream);
+  if (volume.threshold)
+    throw Error(ErrorKind::usage,
+                fmt::format("{}: found boxes, but a threshold is for voxels", file->name()));
+  return format == FileFormat::csv ? csv::read_boxes(*file) : npy::read_boxes(*file, npy::read_header(*file));
 }
 
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
@@ -99,6 +128,14 @@ void write_boxes(const BoxSet& set, OutputFile file) {
       [&]<class T>(const std::vector<BoxOf<T>>& boxes) { BoxWriter<T>(file, boxes.size()).write(boxes); });
   file.commit();
 }
+
+template <class T>
+void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile file) {
+  npy::write_volume(file, grid, voxels);
+  file.commit();
+}
+template void write_volume(const VoxelGrid&, std::span<const std::uint8_t>, OutputFile);
+template void write_volume(const VoxelGrid&, std::span<const std::uint32_t>, OutputFile);
 
 void write_vertices(const Solid& solid, OutputFile file) {
   is_csv(file) ? csv::write_vertices(file, solid) : npy::write_vertices(file, solid);

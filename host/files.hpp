@@ -12,29 +12,40 @@
 #include "core/solid.hpp"
 #include "core/triangulation.hpp"
 #include "host/output.hpp"
+#include "host/volume.hpp"
 
 namespace boxunion {
 
 /// File formats, told by the extension, in any case.
-enum class FileFormat { csv, npy, obj, ply, off, stl, threemf };
+enum class FileFormat { csv, npy, obj, ply, off, stl, threemf, nrrd, nhdr, mha, mhd, tif, tiff, vox };
 
-/// What boxes may come from and go to: .csv and .npy.
+/// What boxes may go to: .csv and .npy.
 inline constexpr FileFormat kBoxFormats[] = {FileFormat::csv, FileFormat::npy};
+/// What boxes may come from: also volumes of voxels, .nrrd, .nhdr, .mha, .mhd, .tif, .tiff and .vox.
+inline constexpr FileFormat kInputFormats[] = {FileFormat::csv,  FileFormat::npy,  FileFormat::nrrd,
+                                               FileFormat::nhdr, FileFormat::mha,  FileFormat::mhd,
+                                               FileFormat::tif,  FileFormat::tiff, FileFormat::vox};
+/// What a volume may come from.
+inline constexpr FileFormat kVolumeFormats[] = {FileFormat::npy,  FileFormat::nrrd, FileFormat::nhdr,
+                                                FileFormat::mha,  FileFormat::mhd,  FileFormat::tif,
+                                                FileFormat::tiff, FileFormat::vox};
+/// What a volume may go to.
+inline constexpr FileFormat kVoxelFormats[] = {FileFormat::npy};
 /// What a boundary may go to: vertices as .csv and .npy, meshes as .obj, .ply, .off, .stl and .3mf.
 inline constexpr FileFormat kBoundaryFormats[] = {FileFormat::csv,    FileFormat::npy, FileFormat::obj,
                                                   FileFormat::ply,    FileFormat::off, FileFormat::stl,
                                                   FileFormat::threemf};
 
 /// The format of a file. Throws Error(input) that names the extensions of `expected` if it is none of them,
-/// and Error(usage) for .3mf where boxunion was built without lib3mf.
+/// and Error(usage) for .3mf where boxunion was built without lib3mf, for .tif and .tiff without libtiff.
 FileFormat file_format(const std::string& path, std::span<const FileFormat> expected);
 
 /// Is it a format of meshes, so not of boxes or vertices?
 inline bool is_mesh(FileFormat format) {
-  return format != FileFormat::csv && format != FileFormat::npy;
+  return format >= FileFormat::obj && format <= FileFormat::threemf;
 }
 
-/// Reads boxes from a .csv or .npy file, or from standard input ("-") as CSV.
+/// Reads boxes from a .csv or .npy file, from standard input ("-") as CSV, or from a volume of voxels.
 ///
 /// CSV: a line of six decimal numbers xmin,ymin,zmin,xmax,ymax,zmax for each box, each rounded to the nearest
 /// double whatever the locale. An optional header of these names comes first; spaces round the numbers,
@@ -43,10 +54,16 @@ inline bool is_mesh(FileFormat format) {
 /// NPY: an array of shape (n, 6), in C or Fortran order, of either byte order. int32 boxes stay int32;
 /// float64, float32 and int64 become doubles, and an int64 that no double equals is an error.
 ///
+/// Volumes (NPY of shape (z, y, x), NRRD, MetaImage, TIFF stacks, MagicaVoxel) become boxes of their voxels
+/// inside, as `volume` says, at the place that the file gives them: see voxel_boxes. They are streamed, never
+/// all in memory.
+///
 /// Throws Error(input) that names the file, the line (CSV) or row (NPY), counted from 1, what is wrong and
 /// what was expected; the first such line or row of the file wins. A file with a header or a shape but no box
-/// is fine. Where `interrupted` becomes true, throws Error(interrupted). Parallel.
-BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
+/// is fine. Throws Error(usage) for options of volumes where the file has boxes. Where `interrupted` becomes
+/// true, throws Error(interrupted). Parallel.
+BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
+                  const VolumeOptions& volume = {});
 
 /// Opens an output file of an expected format (see file_format and OutputFile), before the work that fills
 /// it.
@@ -69,6 +86,10 @@ class BoxWriter {
 
 /// Writes and commits boxes in the type they have.
 void write_boxes(const BoxSet& boxes, OutputFile file);
+
+/// Writes and commits a volume as NPY, of shape (z, y, x), type uint8 or uint32, little-endian.
+template <class T>
+void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile file);
 
 /// Writes and commits the vertices of a solid, sorted by z, then y, then x.
 ///

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "core/box.hpp"
 #include "core/brep.hpp"
@@ -10,10 +14,23 @@
 #include "core/evm.hpp"
 #include "core/solid.hpp"
 #include "core/triangulation.hpp"
+#include "core/volume.hpp"
 #include "host/input.hpp"
+#include "host/npy_header.hpp"
 #include "host/output.hpp"
+#include "host/volume.hpp"
 
 // The formats behind files.hpp, which says what each reads and writes.
+
+namespace boxunion {
+
+enum class FileFormat;
+
+/// The voxels of a file of a format that is neither .csv nor .vox; nothing if it is an NPY file of boxes.
+std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
+                                       const VolumeOptions& options, const std::atomic<bool>* interrupted);
+
+}  // namespace boxunion
 
 namespace boxunion::csv {
 
@@ -30,7 +47,11 @@ void write_components(OutputFile& file, std::span<const Component> components);
 
 namespace boxunion::npy {
 
-BoxSet read_boxes(const InputFile& file);
+/// An array of shape (n, 6).
+BoxSet read_boxes(const InputFile& file, const Header& header);
+/// An array of three extents, z, y and x. In Fortran order z is the first axis of its grid.
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const Header& header,
+                        const VolumeOptions& options);
 template <class T>
 void write_box_header(OutputFile& file, std::uint64_t count);
 template <class T>
@@ -39,8 +60,38 @@ void write_vertices(OutputFile& file, const Solid& solid);
 void write_extreme_vertices(OutputFile& file, const Evm& evm);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
+/// Writes a volume of the extents of `grid` as uint8 or uint32.
+template <class T>
+void write_volume(OutputFile& file, const VoxelGrid& grid, std::span<const T> voxels);
 
 }  // namespace boxunion::npy
+
+namespace boxunion::nrrd {
+
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
+                        const std::atomic<bool>* interrupted);
+
+}  // namespace boxunion::nrrd
+
+namespace boxunion::metaimage {
+
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
+                        const std::atomic<bool>* interrupted);
+
+}  // namespace boxunion::metaimage
+
+namespace boxunion::tiff {
+
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options);
+
+}  // namespace boxunion::tiff
+
+namespace boxunion::vox {
+
+/// The boxes of a scene: those of each model where the scene graph has it.
+std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options);
+
+}  // namespace boxunion::vox
 
 namespace boxunion::obj {
 

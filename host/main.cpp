@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <exception>
@@ -11,8 +12,10 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
+#include "core/generate_volume.hpp"
 #include "host/command.hpp"
 
 namespace {
@@ -27,11 +30,14 @@ Examples:
   boxunion boundary boxes.csv -o vertices.csv
   boxunion boundary boxes.csv -o boxes.3mf
   boxunion decompose boxes.csv --order best -o disjoint.csv
-  boxunion label boxes.csv --connectivity 26 -o labelled.npy --components components.csv
+  boxunion label boxes.csv -o labelled.npy
   boxunion combine "A and B not C" A=a.csv B=b.npy C=c.csv
+  boxunion boundary scan.tif --threshold 90 -o scan.stl
+  boxunion label scan.nrrd --connectivity 26 -o labels.npy --components components.csv
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
-(n, 6) of float64, float32, int32 or int64).
+(n, 6) of float64, float32, int32 or int64). Volumes of voxels come as .npy (an array of shape (z, y, x)), .nrrd,
+.nhdr, .mha, .mhd, .tif, .tiff or .vox; each voxel inside is a box.
 
 Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
 130 interrupted.)";
@@ -133,7 +139,7 @@ class CommandLine {
   void add_decompose() {
     CLI::App* sub =
         app_.add_subcommand("decompose", "The union as disjoint boxes, or as its extreme vertices");
-    add_input(sub);
+    add_input(sub, "--vox-model");
     add_output(sub)->required(false);
     add_choice(sub, "--model", decompose_.model,
                {{"evm", command::Model::evm}, {"oudb", command::Model::oudb}, {"cudb", command::Model::cudb}},
@@ -153,21 +159,27 @@ class CommandLine {
   void add_label() {
     CLI::App* sub = app_.add_subcommand("label", "The connected components of the union");
     add_input(sub);
-    add_output(sub, "File to write: .csv or .npy, disjoint boxes with the labels of their components")
+    add_output(sub,
+               "File to write: for boxes, disjoint boxes with labels as .csv or .npy; for a volume, a volume "
+               "of labels "
+               "as .npy, 0 outside")
         ->required(false);
-    sub->add_option("--components", components_, "Table of the components to write: .csv or .npy");
-    add_connectivity(sub, connectivity_, "What is connected");
+    sub->add_option("--components", label_.components, "Table of the components to write: .csv or .npy");
+    add_connectivity(sub, label_.connectivity, "What is connected");
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::label(input_, output_, components_, connectivity_, common_); });
+    sub->callback([this] { command::label(input_, output_, label_, common_); });
   }
 
   void add_combine() {
     CLI::App* sub =
         app_.add_subcommand("combine", "Boolean expressions over sets of boxes: mass properties, boundary");
     sub->add_option("EXPRESSION", expression_, "For example \"A and (B or C) not D\", see below")->required();
-    sub->add_option("NAME=FILE", sets_, "Boxes of each set: .csv, .npy, or - for CSV on standard input")
+    sub->add_option(
+           "NAME=FILE", sets_,
+           "Boxes or voxels of each set, as FILE of measure; the options for voxels are for all of them")
         ->required();
+    add_volume_options(sub);
     add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
     add_engine_options(sub);
     add_print_options(sub);
@@ -200,6 +212,19 @@ class CommandLine {
     CLI::App* sponge = sub->add_subcommand("sponge", "The unit cubes of a Menger sponge");
     sponge->add_option("--level", level_, "Level: 20^level cubes in a grid of 3^level")->required();
     add_generator(sponge, [this] { return generate_sponge(level_); });
+
+    CLI::App* phantom =
+        sub->add_subcommand("phantom", "A volume: the bodies in a shell of the 3-D Shepp-Logan phantom");
+    add_volume_generator(phantom, [this] { return generate_phantom(volume_size()); });
+
+    CLI::App* porous = sub->add_subcommand(
+        "porous", "A volume: a block of random pores (like a stone: --size 159 271 179 --porosity 0.4)");
+    porous->add_option("--porosity", porosity_.pores, "Fraction of the volume that is pores, 0 to 1")
+        ->capture_default_str();
+    porous->add_option("--feature", porosity_.feature, "Width of pores and walls in voxels, 1 to 255")
+        ->capture_default_str();
+    porous->add_option("--seed", seed_, "Seed of the random numbers")->capture_default_str();
+    add_volume_generator(porous, [this] { return generate_porous(volume_size(), porosity_, seed_); });
   }
 
   void add_devices() {
@@ -208,8 +233,24 @@ class CommandLine {
     sub->callback([this] { command::devices(common_); });
   }
 
-  void add_input(CLI::App* sub) {
-    sub->add_option("FILE", input_, "Boxes: .csv, .npy, or - for CSV on standard input")->required();
+  void add_input(CLI::App* sub, const std::string& model_option = "--model") {
+    sub->add_option(
+           "FILE", input_,
+           "Boxes: .csv, .npy, or - for CSV on standard input; voxels: .npy, .nrrd, .nhdr, .mha, .mhd, "
+           ".tif, .tiff or .vox")
+        ->required();
+    add_volume_options(sub, model_option);
+  }
+
+  void add_volume_options(CLI::App* sub, const std::string& model_name = "--model") {
+    sub->add_option("--threshold", common_.volume.threshold,
+                    "Of voxels: those of at least this value are inside (default: those that are not 0)")
+        ->check([](const std::string& text) {
+          return text.find_first_of("nN") == text.npos ? "" : "expected a finite number";
+        });
+    sub->add_option(model_name, common_.volume.model,
+                    "Of a .vox file: only this model, counted from 1 (default: all, as the scene has them)")
+        ->check(CLI::PositiveNumber);
   }
 
   CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
@@ -289,16 +330,37 @@ class CommandLine {
     sub->callback([this, make] { command::generate(make(), output_, common_); });
   }
 
+  template <class MakeVolume>
+  void add_volume_generator(CLI::App* sub, MakeVolume make) {
+    sub->add_option("--size", extents_, "Voxels along each axis: one number, or three for x, y and z")
+        ->required()
+        ->expected(1, 3);
+    sub->add_flag("--volume", as_voxels_,
+                  "Write the voxels, a .npy of uint8 of shape (z, y, x), not their boxes");
+    add_output(sub);
+    add_threads(sub);
+    add_print_options(sub);
+    sub->callback([this, make] { command::generate_volume(make, as_voxels_, output_, common_); });
+  }
+
+  std::array<std::int64_t, 3> volume_size() const {
+    if (extents_.size() == 2) throw Error(ErrorKind::usage, "--size has two numbers, expected one or three");
+    return {extents_.front(), extents_[extents_.size() / 2], extents_.back()};
+  }
+
   CLI::App app_;
   command::Common common_;
   command::BoundaryOptions boundary_;
   command::DecomposeOptions decompose_;
-  Connectivity connectivity_ = Connectivity::faces;
-  std::string input_, output_, components_, expression_;
+  command::LabelOptions label_;
+  std::string input_, output_, expression_;
   std::vector<std::string> sets_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;
+  std::vector<std::int64_t> extents_;
+  Porosity porosity_;
+  bool as_voxels_ = false;
 };
 
 }  // namespace

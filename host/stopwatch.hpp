@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <string_view>
 
+#include "core/error.hpp"
 #include "host/engine.hpp"
 
 namespace boxunion {
@@ -39,6 +41,24 @@ class Stopwatch {
   using Clock = std::chrono::steady_clock;
   Report& report_;
   Clock::time_point start_ = Clock::now(), last_ = start_;
+};
+
+/// Stages of work on one thread that may be interrupted between them.
+class Stages {
+ public:
+  Stages(Report& report, const std::atomic<bool>* interrupted) : watch_(report), interrupted_(interrupted) {}
+
+  /// Books the time of a stage. Throws Error(interrupted) if that was asked for.
+  void finish(std::string_view stage) {
+    watch_.lap(stage);
+    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+  }
+  /// Adds the time of all stages to the total.
+  void end() { watch_.total(); }
+
+ private:
+  Stopwatch watch_;
+  const std::atomic<bool>* interrupted_;
 };
 
 }  // namespace boxunion

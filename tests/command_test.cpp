@@ -102,14 +102,17 @@ TEST_F(Command, BadInputExitsWith3) {
   expect_error("measure inf.csv", 3, "inf.csv:1: zmax is inf, expected a finite number");
   folder_.write("reversed.csv", "0,0,0,1,1,1\n0,2,0,1,1,1\n");
   expect_error("measure reversed.csv", 3, "reversed.csv:2: ymin is 2 and ymax is 1, expected ymin <= ymax");
-  expect_error("measure boxes.txt", 3, "boxes.txt: unknown extension .txt, expected .csv or .npy");
+  expect_error("measure boxes.txt", 3,
+               "boxes.txt: unknown extension .txt, expected .csv, .npy, .nrrd, .nhdr, .mha, .mhd, .tif, "
+               ".tiff or .vox");
 
   const auto npy = [&](const std::string& name, const std::string& dictionary, std::size_t bytes) {
     folder_.write(name,
                   "\x93NUMPY\1\0"s + char(dictionary.size()) + '\0' + dictionary + std::string(bytes, '\0'));
   };
   npy("shape.npy", "{'descr': '<f8', 'fortran_order': False, 'shape': (6, 2), }\n", 96);
-  expect_error("measure shape.npy", 3, "shape.npy: found an array of shape (6, 2), expected (n, 6)");
+  expect_error("measure shape.npy", 3,
+               "shape.npy: found an array of shape (6, 2), expected (n, 6), or (z, y, x) for voxels");
   npy("type.npy", "{'descr': '<c16', 'fortran_order': False, 'shape': (1, 6), }\n", 96);
   expect_error(
       "measure type.npy", 3,
@@ -461,6 +464,80 @@ TEST_F(Command, SlabsAreStreamedNotHeld) {
                           " measure nested.csv --method slices --device native --threads 2 --json");
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 8000);
+}
+
+TEST_F(Command, VolumesAreMeasuredAsTheirBoxes) {
+  EXPECT_EQ(json("generate porous --size 30 20 10 --seed 3 -o v.npy --volume --json"),
+            (nlohmann::json{{"voxels", 6000}, {"output", "v.npy"}}));
+  const nlohmann::json boxes = json("generate porous --size 30 20 10 --seed 3 -o b.csv --json");
+  nlohmann::json volume = json("measure v.npy --json"), expected = json("measure b.csv --json");
+  EXPECT_EQ(volume.at("boxes"), boxes.at("boxes"));
+  EXPECT_EQ(volume.at("volume"), 3000);
+  volume.erase("seconds");
+  expected.erase("seconds");
+  EXPECT_EQ(volume, expected);
+  EXPECT_EQ(json("measure v.npy --threshold 2 --json").at("boxes"), 0);
+  EXPECT_EQ(run("boundary v.npy -o a.obj").status, 0);
+  EXPECT_EQ(run("boundary b.csv -o b.obj").status, 0);
+  EXPECT_EQ(folder_.read("a.obj"), folder_.read("b.obj"));
+  const nlohmann::json phantom = json("generate phantom --size 64 -o p.npy --json");
+  EXPECT_EQ(json("measure p.npy --json").at("boxes"), phantom.at("boxes"));
+}
+
+TEST_F(Command, WrongUsageOfVolumesExitsWith2) {
+  folder_.write("a.csv", "0,0,0,1,1,1\n");
+  expect_error("measure a.csv --threshold 1", 2, "a.csv: found boxes, but a threshold is for voxels");
+  expect_error("measure a.csv --model 1", 2, "a.csv: only .vox files have models to choose");
+  expect_error("measure a.npy --threshold nan", 2, "--threshold: expected a finite number");
+  expect_error("label a.npy --connectivity 18", 2, "--connectivity: 18 not in {26,6}");
+  expect_error("generate porous --size 3 4 -o a.npy", 2, "--size has two numbers, expected one or three");
+  expect_error("generate porous --size 3 --porosity 2 -o a.npy", 2, "porosity is 2, expected 0 to 1");
+  expect_error("generate phantom --size 0 -o a.npy", 2, "size is 0, expected 1 to 2147483647");
+  expect_error("generate phantom --size 3 --volume -o a.csv", 3,
+               "a.csv: unknown extension .csv, expected .npy");
+  EXPECT_EQ(folder_.file_count(), 1u);
+}
+
+TEST_F(Command, LabelWritesTheComponentsOfAVolume) {
+  // two voxels that share an edge, and one apart, of 3 x 2 x 1 voxels of uint8
+  const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1, 2, 3), }\n";
+  folder_.write("v.npy", "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header + "\0\7\0\7\0\7"s);
+  const auto counts = [&](const std::string& arguments) {
+    nlohmann::json result = json("label v.npy --json " + arguments);
+    EXPECT_TRUE(result.at("seconds").contains("total"));
+    result.erase("seconds");
+    return result;
+  };
+  EXPECT_EQ(counts("--connectivity 6 -o l.npy"),
+            (nlohmann::json{{"components", 3}, {"voxels", 3}, {"connectivity", 6}, {"output", "l.npy"}}));
+  const std::string labels = folder_.read("l.npy");
+  EXPECT_NE(labels.find("{'descr': '<u4', 'fortran_order': False, 'shape': (1, 2, 3), }"), std::string::npos);
+  EXPECT_EQ(labels.substr(128), "\0\0\0\0\1\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\3\0\0\0"s);
+  EXPECT_EQ(counts("--connectivity 26"),
+            (nlohmann::json{{"components", 1}, {"voxels", 3}, {"connectivity", 26}}));
+  EXPECT_EQ(counts("--connectivity 26 --threshold 8").at("components"), 0);
+  folder_.write("bad.npy", folder_.read("v.npy") + "x");
+  expect_error("label bad.npy --connectivity 6 -o l.npy", 3,
+               "bad.npy: found 1 bytes after the 6 bytes of the voxels, expected none");
+  EXPECT_EQ(folder_.read("l.npy"), labels);
+  expect_error("label v.npy -o l.csv", 3, "l.csv: unknown extension .csv, expected .npy");
+  EXPECT_EQ(counts("--connectivity 26 --components c.csv").at("components_output"), "c.csv");
+  EXPECT_EQ(folder_.read("c.csv"), "label,boxes,volume,xmin,ymin,zmin,xmax,ymax,zmax\n1,3,3,0,0,0,3,2,1\n");
+}
+
+TEST_F(Command, VolumesAreStreamedNotHeld) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve more than any limit";
+#endif
+  // 512 MiB of voxels as a file with holes, measured within 400 MB
+  const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (512, 1024, 1024), }\n";
+  const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
+  folder_.write("big.npy", start + "\1");
+  std::filesystem::resize_file(folder_.file("big.npy"), start.size() + (std::uintmax_t{1} << 29));
+  const Outcome r =
+      shell("ulimit -v 400000; " BOXUNION_COMMAND " measure big.npy --device native --threads 2 --json");
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 1);
 }
 
 TEST_F(Command, DevicesAlwaysListsTheNativeOne) {

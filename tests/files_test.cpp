@@ -206,14 +206,19 @@ TEST_F(Npy, WrongTypesAndShapesAreNamed) {
   EXPECT_EQ(error(npy("'|O'", "(1, 6)", "")), "a.npy: found numbers of type |O" + types);
   EXPECT_EQ(error(npy("[('x', '<f8'), ('y', '<f8', (2,))]", "(1, 6)", "")),
             "a.npy: found numbers of type [('x', '<f8'), ('y', '<f8', (2,))]" + types);
-  EXPECT_EQ(error(npy("'<f8'", "(2, 3)", "")), "a.npy: found an array of shape (2, 3), expected (n, 6)");
-  EXPECT_EQ(error(npy("'<f8'", "(6,)", "")), "a.npy: found an array of shape (6,), expected (n, 6)");
-  EXPECT_EQ(error(npy("'<f8'", "()", "")), "a.npy: found an array of shape (), expected (n, 6)");
-  EXPECT_EQ(error(npy("'<f8'", "(1, 6, 1)", "")),
-            "a.npy: found an array of shape (1, 6, 1), expected (n, 6)");
-  EXPECT_EQ(error(npy("'<f8'", "(-1, 6)", "")), "a.npy: found an array of shape (-1, 6), expected (n, 6)");
+  EXPECT_EQ(error(npy("'<f8'", "(2, 3)", "")),
+            "a.npy: found an array of shape (2, 3), expected (n, 6), or (z, y, x) for voxels");
+  EXPECT_EQ(error(npy("'<f8'", "(6,)", "")),
+            "a.npy: found an array of shape (6,), expected (n, 6), or (z, y, x) for voxels");
+  EXPECT_EQ(error(npy("'<f8'", "()", "")),
+            "a.npy: found an array of shape (), expected (n, 6), or (z, y, x) for voxels");
+  EXPECT_EQ(error(npy("'<f8'", "(1, 6, 1, 1)", "")),
+            "a.npy: found an array of shape (1, 6, 1, 1), expected (n, 6), or (z, y, x) for voxels");
+  EXPECT_EQ(error(npy("'<f8'", "(-1, 6)", "")),
+            "a.npy: found an array of shape (-1, 6), expected (n, 6), or (z, y, x) for voxels");
   EXPECT_EQ(error(npy("'<f8'", "(99999999999999999999999, 6)", "")),
-            "a.npy: found an array of shape (99999999999999999999999, 6), expected (n, 6)");
+            "a.npy: found an array of shape (99999999999999999999999, 6), expected (n, 6), or (z, y, x) for "
+            "voxels");
 }
 
 TEST_F(Npy, BrokenFilesAreErrors) {
@@ -268,14 +273,15 @@ TEST_F(Npy, OnlyIntegersThatDoublesEqualAreRead) {
 }
 
 TEST(Files, UnreadableFilesAreErrors) {
+  const std::string kInputs = ".csv, .npy, .nrrd, .nhdr, .mha, .mhd, .tif, .tiff or .vox";
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.file("folder.csv"));
   folder.write("a.txt", "0,0,0,1,1,1");
   EXPECT_EQ(read_error(folder, "none.csv"), "none.csv: cannot read: No such file or directory");
   EXPECT_EQ(read_error(folder, "none.npy"), "none.npy: cannot read: No such file or directory");
   EXPECT_EQ(read_error(folder, "folder.csv"), "folder.csv: cannot read: Is a directory");
-  EXPECT_EQ(read_error(folder, "a.txt"), "a.txt: unknown extension .txt, expected .csv or .npy");
-  EXPECT_EQ(read_error(folder, "a"), "a: no file extension, expected .csv or .npy");
+  EXPECT_EQ(read_error(folder, "a.txt"), "a.txt: unknown extension .txt, expected "s + kInputs);
+  EXPECT_EQ(read_error(folder, "a"), "a: no file extension, expected "s + kInputs);
 }
 
 TEST(Files, BoxesSurviveWritingAndReading) {

@@ -151,7 +151,7 @@ struct Labelled {
   std::vector<VoxelComponent> components;
 };
 
-Labelled label(const Volume& volume, VoxelConnectivity connectivity) {
+Labelled label(const Volume& volume, Connectivity connectivity) {
   Labelled result;
   result.labels.resize(volume.inside.size(), 77);
   result.components = label_voxels(volume, connectivity, result.labels);
@@ -159,7 +159,7 @@ Labelled label(const Volume& volume, VoxelConnectivity connectivity) {
 }
 
 /// A flood from each voxel that has no label yet.
-Labelled flood(const Volume& volume, VoxelConnectivity connectivity) {
+Labelled flood(const Volume& volume, Connectivity connectivity) {
   const auto [nx, ny, nz] = volume.grid.size;
   Labelled result;
   result.labels.resize(volume.inside.size());
@@ -184,7 +184,7 @@ Labelled flood(const Volume& volume, VoxelConnectivity connectivity) {
           }
           for (unsigned n = 0; n < 27; ++n) {
             const std::array<unsigned, 3> step = {n % 3, n / 3 % 3, n / 9};
-            if (connectivity == VoxelConnectivity::faces &&
+            if (connectivity == Connectivity::faces &&
                 (step[0] == 1) + (step[1] == 1) + (step[2] == 1) != 2)
               continue;
             std::array<std::uint32_t, 3> q;
@@ -202,7 +202,7 @@ Labelled flood(const Volume& volume, VoxelConnectivity connectivity) {
 
 TEST(VoxelLabels, AreThoseOfAFloodFromEveryVoxel) {
   for (std::uint32_t seed = 0; seed < 500; ++seed)
-    for (const auto connectivity : {VoxelConnectivity::faces, VoxelConnectivity::corners}) {
+    for (const auto connectivity : {Connectivity::faces, Connectivity::points}) {
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", connectivity " << int(connectivity));
       const Volume volume = random_volume(seed);
       const Labelled found = label(volume, connectivity), expected = flood(volume, connectivity);
@@ -214,7 +214,7 @@ TEST(VoxelLabels, AreThoseOfAFloodFromEveryVoxel) {
 TEST(VoxelLabels, OfALargePorousBlockDoNotDependOnItsParts) {
   // Many components that go through the parts that threads work on.
   const Volume volume = generate_porous({150, 140, 130}, {.pores = 0.85, .feature = 3}, 4);
-  for (const auto connectivity : {VoxelConnectivity::faces, VoxelConnectivity::corners}) {
+  for (const auto connectivity : {Connectivity::faces, Connectivity::points}) {
     const Labelled expected = flood(volume, connectivity);
     EXPECT_GT(expected.components.size(), 100u);
     for (int again = 0; again < 3; ++again) {
@@ -226,15 +226,15 @@ TEST(VoxelLabels, OfALargePorousBlockDoNotDependOnItsParts) {
 }
 
 TEST(VoxelLabels, TellCornersAndEdgesFromFaces) {
-  const auto count = [](const Volume& volume, VoxelConnectivity connectivity) {
+  const auto count = [](const Volume& volume, Connectivity connectivity) {
     return label(volume, connectivity).components.size();
   };
   const Volume checkerboard = volume_of(9, 8, 7, [](auto x, auto y, auto z) { return (x + y + z) % 2 == 0; });
-  EXPECT_EQ(count(checkerboard, VoxelConnectivity::faces), 252u);
-  EXPECT_EQ(count(checkerboard, VoxelConnectivity::corners), 1u);
+  EXPECT_EQ(count(checkerboard, Connectivity::faces), 252u);
+  EXPECT_EQ(count(checkerboard, Connectivity::points), 1u);
   const Volume apart =
       volume_of(9, 9, 9, [](auto x, auto y, auto z) { return x % 2 == 0 && y % 2 == 0 && z % 2 == 0; });
-  EXPECT_EQ(count(apart, VoxelConnectivity::corners), 125u);
+  EXPECT_EQ(count(apart, Connectivity::points), 125u);
 }
 
 TEST(GenerateVolume, APorousBlockHasThePorosityAskedFor) {
@@ -271,7 +271,7 @@ TEST(GenerateVolume, IsTheSameEverywhere) {
 
 TEST(GenerateVolume, ThePhantomIsAShellRoundSeparateBodies) {
   const Volume phantom = generate_phantom({100, 100, 100});
-  const Labelled solid = label(phantom, VoxelConnectivity::faces);
+  const Labelled solid = label(phantom, Connectivity::faces);
   ASSERT_GE(solid.components.size(), 5u);
   EXPECT_NEAR(double(solid.components[0].last[0] - solid.components[0].first[0] + 1), 69, 1);
   EXPECT_NEAR(double(solid.components[0].last[1] - solid.components[0].first[1] + 1), 92, 1);
