@@ -217,8 +217,9 @@ class CommandLine {
         sub->add_subcommand("phantom", "A volume: the bodies in a shell of the 3-D Shepp-Logan phantom");
     add_volume_generator(phantom, [this] { return generate_phantom(volume_size()); });
 
-    CLI::App* porous = sub->add_subcommand(
-        "porous", "A volume: a block of random pores (like a stone: --size 159 271 179 --porosity 0.4)");
+    CLI::App* porous = sub->add_subcommand("porous",
+                                           "A volume: a block of random pores (a stone: --size 159 271 179 "
+                                           "--porosity 0.4 --feature 7; sparse grains: --porosity 0.98)");
     porous->add_option("--porosity", porosity_.pores, "Fraction of the volume that is pores, 0 to 1")
         ->capture_default_str();
     porous->add_option("--feature", porosity_.feature, "Width of pores and walls in voxels, 1 to 255")

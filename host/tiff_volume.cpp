@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "host/formats.hpp"
@@ -216,8 +217,8 @@ void check_imagej(const Tiff& tiff, std::size_t pages) {
 }  // namespace
 
 VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options) {
-  const auto tiff = std::make_shared<Tiff>(file);
-  if (!is_slice(*tiff)) reject(*file, "the first page is a reduced image or a mask, expected a slice");
+  const auto tiff = std::make_shared<Tiff>(std::move(file));
+  if (!is_slice(*tiff)) reject(tiff->file(), "the first page is a reduced image or a mask, expected a slice");
   const PageFormat format = page_format(*tiff, 1);
   std::size_t pages = 1;
   while (next_slice(*tiff)) ++pages;
@@ -225,7 +226,7 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
   check_imagej(*tiff, pages);
   VoxelGrid grid;
   grid.size = {format.width, format.height, pages};
-  check_extents(*file, grid.size);
+  check_extents(tiff->file(), grid.size);
   return {grid, [=, test = InsideTest(format.element, false, options.threshold), page = std::size_t{0},
                  pixels = std::vector<char>()](std::span<std::uint8_t> slices) mutable {
             for (; !slices.empty(); slices = slices.subspan(grid.slice())) {
