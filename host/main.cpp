@@ -49,6 +49,7 @@ Operations, from those that bind tightest; equal ones go from left to right:
   A xor B   A ^ B   in one of them
   A or B    A | B   in any of them
 Names have letters, digits and _. Each set stands for the union of its boxes; what has no thickness is left out.
+The method slices and the kernel faces find unions only.
 
 Examples:
   boxunion combine "A not B" A=block.csv B=holes.npy --json
