@@ -66,9 +66,10 @@ void label(const std::string& input, const std::string& output, const LabelOptio
            const Common& common);
 
 /// Prints the mass properties of a boolean expression over sets of boxes, given as NAME=FILE; writes its
-/// boundary to `output` unless that is empty. Warns of sets that the expression does not name.
+/// boundary to `output` and disjoint boxes to `boxes`, where these are not empty. Warns of sets that the
+/// expression does not name.
 void combine(const std::string& expression, const std::vector<std::string>& sets, const std::string& output,
-             const BoundaryOptions& boundary_options, const Common& common);
+             const std::string& boxes, const BoundaryOptions& boundary_options, const Common& common);
 
 /// Writes generated boxes to `output`.
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common);

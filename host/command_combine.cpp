@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/decomposition.hpp"
 #include "core/error.hpp"
 #include "core/expression.hpp"
 #include "core/parallel.hpp"
@@ -81,12 +82,14 @@ std::vector<Result> set_results(const std::vector<NamedFile>& files, const std::
 }  // namespace
 
 void combine(const std::string& text, const std::vector<std::string>& arguments, const std::string& output,
-             const BoundaryOptions& boundary_options, const Common& common) {
+             const std::string& boxes, const BoundaryOptions& boundary_options, const Common& common) {
   const Expression expression = Expression::parse(text);
   const std::vector<NamedFile> files = find_files(expression, arguments);
   ProgressBar bar(common.quiet);
   std::optional<BoundaryWriter> writer;
   if (!output.empty()) writer.emplace(output, boundary_options, common);
+  std::optional<OutputFile> boxes_file;
+  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted));
   const Options options = engine_options(common, bar);
   Report report;
   std::vector<Result> results{string_result("expression", text)};
@@ -97,10 +100,13 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
       sets.push_back(read_boxes(file.path, common.interrupted, common.volume));
     for (const Result& result : set_results(files, sets)) results.push_back(result);
     MassProperties mass;
-    if (writer) {
+    if (writer || boxes_file) {
       const Solid solid = boxunion::combine(expression, sets, options, &report);
       mass = mass_of(solid);
-      writer->write(solid, options, report);
+      if (writer) writer->write(solid, options, report);
+      if (boxes_file)
+        write_boxes(to_boxes(decompose(make_evm(solid, kAxisOrders[0]), BoxModel::cudb)),
+                    std::move(*boxes_file));
     } else {
       mass = boxunion::measure(expression, sets, options, &report);
     }
@@ -110,6 +116,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   if (writer)
     for (const Result& result : writer->results())
       if (result.key != "vertices") results.push_back(result);  // is there already
+  if (!boxes.empty()) results.push_back(string_result("boxes_output", boxes));
   add_report(results, report);
   print_results(results, common.json);
 }

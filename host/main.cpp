@@ -182,10 +182,11 @@ class CommandLine {
         ->required();
     add_volume_options(sub);
     add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
+    sub->add_option("--boxes", boxes_, "File for the result as disjoint boxes: .csv or .npy (see decompose)");
     add_engine_options(sub);
     add_print_options(sub);
     sub->footer(kExpressions);
-    sub->callback([this] { command::combine(expression_, sets_, output_, boundary_, common_); });
+    sub->callback([this] { command::combine(expression_, sets_, output_, boxes_, boundary_, common_); });
   }
 
   void add_generate() {
@@ -355,7 +356,7 @@ class CommandLine {
   command::BoundaryOptions boundary_;
   command::DecomposeOptions decompose_;
   command::LabelOptions label_;
-  std::string input_, output_, expression_;
+  std::string input_, output_, boxes_, expression_;
   std::vector<std::string> sets_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;

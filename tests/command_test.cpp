@@ -344,6 +344,8 @@ TEST_F(Command, CombinePrintsWhatMeasurePrintsAndWritesWhatBoundaryWrites) {
     EXPECT_EQ(combined.at("volume"), 61);
     EXPECT_EQ(folder_.read("combined_" + output), folder_.read(output));
   }
+  EXPECT_EQ(json("combine 'A not B' A=a.csv B=b.csv --json --boxes c.npy").at("boxes_output"), "c.npy");
+  EXPECT_EQ(json("measure c.npy --json").at("volume"), 61);
   const Outcome table = run("combine 'A and not(B or C)' A=a.csv B=b.csv C=- < b.csv");
   EXPECT_EQ(table.status, 0);
   EXPECT_TRUE(
