@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "host/backend.hpp"
 #include "host/kernels.hpp"
+#include "tests/every_device.hpp"
 
 namespace boxunion {
 namespace {
@@ -128,7 +129,7 @@ struct Choice {
 
 std::vector<Choice> choices() {
   std::vector<Choice> all;
-  for (const DeviceInfo& device : list_devices()) {
+  for (const DeviceInfo& device : devices_under_test()) {
     all.push_back({device.id, ZeroCopy::where_possible});
     if (device.is_unified && device.id != "native") all.push_back({device.id, ZeroCopy::never});
   }

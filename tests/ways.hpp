@@ -9,6 +9,7 @@
 
 #include "core/vertex.hpp"
 #include "host/engine.hpp"
+#include "tests/every_device.hpp"
 
 namespace boxunion {
 
@@ -24,9 +25,9 @@ struct Way {
 };
 
 /// Methods, devices, shapes, workgroup sizes and cell sizes.
-inline std::vector<Way> ways() {
+inline std::vector<Way> ways(const std::vector<DeviceInfo>& devices = devices_under_test()) {
   std::vector<Way> all;
-  for (const DeviceInfo& device : list_devices()) {
+  for (const DeviceInfo& device : devices) {
     const auto add = [&](std::string name, Method method, CellKernel kernel, const Tuning& tuning) {
       Way way{device.id + "_" + name, {}};
       std::replace(way.name.begin(), way.name.end(), ':', '_');
