@@ -370,6 +370,16 @@ std::uint64_t apply(BooleanOperation operation, std::uint64_t p, std::uint64_t q
   return 0;
 }
 
+TEST(Decomposition, RoundTripsOfVoxels) {
+  const std::string scene = BOXUNION_DATA "/scene_store11.vox";
+  [[maybe_unused]] const std::string scan = BOXUNION_DATA "/100_fiberform.tif";
+  if (!std::filesystem::exists(scene)) GTEST_SKIP() << "there is no " << scene << "; see BOXUNION_DATA";
+  round_trips(read_boxes(scene));
+#ifdef BOXUNION_HAVE_TIFF
+  round_trips(read_boxes(scan, nullptr, {.threshold = 90}));
+#endif
+}
+
 TEST(EvmCombine, EveryPairOfOccupanciesOf2x2x2) {
   const Axes axes = make_axes(BoxSet(unit_cubes(255, 2, 2, 2)));
   std::vector<Evm> evms;

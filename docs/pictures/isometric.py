@@ -2,10 +2,7 @@
 """isometric.py vertices.csv > picture.svg: draws a union of boxes with small integer coordinates.
 
 It knows nothing of the boxes: the faces come from the vertices and octant masks that `boxunion boundary` wrote.
-The picture of README.md:
-  boxunion generate sponge --level 3 -o sponge.npy
-  boxunion boundary sponge.npy -o vertices.csv
-  docs/pictures/isometric.py vertices.csv > docs/pictures/sponge.svg
+docs/pictures/make draws all pictures of the documents.
 """
 import csv
 import sys
@@ -62,6 +59,30 @@ def project(p):
     return p[0] - p[1], p[0] + p[1] - 2 * p[2]
 
 
+def outlines(triangles):
+    """Closed polygons round some triangles of the grid: the sides that only one of them has, collinear ones joined."""
+    after = defaultdict(set)
+    for p, q, r in triangles:
+        if (q[0] - p[0]) * (r[1] - p[1]) < (q[1] - p[1]) * (r[0] - p[0]):
+            q, r = r, q
+        for side in (p, q), (q, r), (r, p):
+            if side[0] in after[side[1]]:
+                after[side[1]].remove(side[0])
+            else:
+                after[side[0]].add(side[1])
+    for start in sorted(after):
+        while after[start]:
+            loop = [start]
+            while len(loop) == 1 or loop[-1] != start:
+                loop.append(after[loop[-1]].pop())
+            loop.pop()
+            yield [
+                p
+                for o, p, q in zip(loop[-1:] + loop, loop, loop[1:] + loop[:1])
+                if (p[0] - o[0]) * (q[1] - p[1]) != (p[1] - o[1]) * (q[0] - p[0])
+            ]
+
+
 def main(path):
     with open(path, newline="") as file:
         vertices = [(tuple(int(row[a]) for a in "xyz"), int(row["mask"])) for row in csv.DictReader(file)]
@@ -73,19 +94,14 @@ def main(path):
             if depth > front.get(key, (-1,))[0]:
                 front[key] = depth, axis, corner, triangle
 
-    seen = defaultdict(list)
+    regions = defaultdict(list)  # what is seen of each plane
     for _, axis, corner, triangle in front.values():
-        seen[axis, corner].append(triangle)
+        regions[axis, corner[axis]].append([project(p) for p in triangle])
     paths = [[], [], []]
-    for (axis, _), parts in sorted(seen.items()):
-        if len(parts) == 2:
-            (a, b, c), (_, d, _) = parts
-            outline = [a, b, c, d]
-        else:
-            outline = parts[0]
-        points = [project(p) for p in outline]
-        steps = [(q[0] - p[0], q[1] - p[1]) for p, q in zip(points, points[1:])]
-        paths[axis].append("M%d %dl" % points[0] + " ".join("%d %d" % s for s in steps) + "z")
+    for (axis, _), parts in sorted(regions.items()):
+        for loop in outlines(parts):
+            steps = [(q[0] - p[0], q[1] - p[1]) for p, q in zip(loop, loop[1:])]
+            paths[axis].append("M%d %dl" % loop[0] + " ".join("%d %d" % step for step in steps) + "z")
 
     corners = [project(p) for p, _ in vertices]
     left, right = min(c[0] for c in corners) - 1, max(c[0] for c in corners) + 1
@@ -93,9 +109,9 @@ def main(path):
     width, height = (right - left) * 1.732, bottom - top
     print('<svg xmlns="http://www.w3.org/2000/svg" viewBox="%.1f %.1f %.1f %.1f" width="360" height="%.0f">'
           % (left * 1.732, top, width, height, 360 * height / width))
-    print('<g transform="scale(1.732 1)" stroke-width=".05">')
+    print('<g transform="scale(1.732 1)" fill-rule="evenodd" stroke="#0b2530" stroke-width=".1" stroke-linejoin="round">')
     for shade, path in zip(SHADES, paths):
-        print('<path fill="%s" stroke="%s" d="%s"/>' % (shade, shade, "\n".join(path)))
+        print('<path fill="%s" d="%s"/>' % (shade, "\n".join(path)))
     print("</g>\n</svg>")
 
 
