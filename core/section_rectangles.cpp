@@ -17,36 +17,44 @@ std::uint64_t low_corner(const SectionRectangle& r) {
 }  // namespace
 
 void SectionRectangles::pass(const ExtremeVertices<2>& plane, std::uint32_t first_box) {
-  find_changed_lines(plane);
+  find_changes(plane);
   take_touched();
   renew(plane);
   compare(first_box);
   put_back();
 }
 
-void SectionRectangles::find_changed_lines(const ExtremeVertices<2>& plane) {
-  changed_lines_.clear();
-  if (plane.size() > rectangles_.size()) {  // gaps would not pay
-    if (!plane.empty()) changed_lines_.push_back({plane.front()[0], plane.back()[0]});
-    return;
-  }
-  bool inside = false;
-  for (SectionSweep<2> lines{std::span(plane)}; lines.next() != Axis::kOrdinalMax;) {
-    const std::uint32_t b = lines.next();
-    lines.advance();
-    if (!inside) changed_lines_.push_back({b, b});
-    inside = !lines.section().empty();
-    changed_lines_.back()[1] = b;
+void SectionRectangles::find_changes(const ExtremeVertices<2>& plane) {
+  changes_.clear();
+  const bool divided = plane.size() <= rectangles_.size();  // else gaps would not pay
+  ExtremeVertices<1>& inside = old_points_;                 // what is flipped behind the line
+  inside.clear();
+  for (auto point = plane.begin(); point != plane.end();) {
+    const std::uint32_t b = (*point)[0];
+    plane_points_.clear();
+    for (; point != plane.end() && (*point)[0] == b; ++point) plane_points_.push_back({(*point)[1]});
+    if (changes_.empty() || (divided && inside.empty()))
+      changes_.push_back({b, plane_points_.front()[0], b, plane_points_.back()[0]});
+    Bounds& bounds = changes_.back();
+    bounds.b_hi = b;
+    bounds.c_lo = std::min(bounds.c_lo, plane_points_.front()[0]);
+    bounds.c_hi = std::max(bounds.c_hi, plane_points_.back()[0]);
+    if (!divided) continue;
+    exclusive_or(inside, plane_points_, new_points_);
+    std::swap(inside, new_points_);
   }
 }
 
 void SectionRectangles::take_touched() {
+  constexpr std::size_t kMostTests = 8;  // a rectangle that more changes may reach is taken for touched
   touched_.clear();
   untouched_.clear();
-  std::size_t range = 0;
+  std::size_t i = 0;
   for (const SectionRectangle& r : rectangles_) {
-    while (range < changed_lines_.size() && changed_lines_[range][1] < r.b_lo) ++range;
-    const bool touches = range < changed_lines_.size() && changed_lines_[range][0] <= r.b_hi;
+    while (i < changes_.size() && changes_[i].b_hi < r.b_lo) ++i;
+    bool touches = false;
+    for (std::size_t k = i; k < changes_.size() && changes_[k].b_lo <= r.b_hi && !touches; ++k)
+      touches = k == i + kMostTests || (changes_[k].c_lo <= r.c_hi && changes_[k].c_hi >= r.c_lo);
     (touches ? touched_ : untouched_).push_back(r);
   }
 }
@@ -78,30 +86,30 @@ void SectionRectangles::renew(const ExtremeVertices<2>& plane) {
       end_points_.insert(end_points_.end(), {{end->c_lo}, {end->c_hi}});
     for (; point != plane.end() && (*point)[0] == b; ++point) plane_points_.push_back({(*point)[1]});
     exclusive_or(begin_points_, end_points_, moved_);
-    exclusive_or(moved_, plane_points_, changes_);
-    if (!changes_.empty()) change_line(b, changes_);
+    exclusive_or(moved_, plane_points_, flips_);
+    if (!flips_.empty()) change_line(b, flips_);
   }
 }
 
-/// Flips the intervals between changes 0 and 1, 2 and 3, ... on the line. Intervals that touch one of these
+/// Flips the intervals between points 0 and 1, 2 and 3, ... on the line. Intervals that touch one of these
 /// end here or begin here, the others go on.
-void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& changes) {
-  const std::uint32_t lowest = changes.front()[0], highest = changes.back()[0];
+void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& flips) {
+  const std::uint32_t lowest = flips.front()[0], highest = flips.back()[0];
   const auto first =
       std::partition_point(line_.begin(), line_.end(), [&](const Interval& i) { return i.c_hi < lowest; });
   const auto last =
       std::partition_point(first, line_.end(), [&](const Interval& i) { return i.c_lo <= highest; });
   old_points_.clear();
   for (auto i = first; i != last; ++i) old_points_.insert(old_points_.end(), {{i->c_lo}, {i->c_hi}});
-  exclusive_or(old_points_, changes, new_points_);
+  exclusive_or(old_points_, flips, new_points_);
 
   window_.clear();
   auto old = first;
-  auto change = changes.begin();
+  auto flip = flips.begin();
   for (auto p = new_points_.begin(); p != new_points_.end(); p += 2) {
     const std::uint32_t c_lo = p[0][0], c_hi = p[1][0];
-    while (change != changes.end() && change[1][0] < c_lo) change += 2;
-    if (change != changes.end() && change[0][0] <= c_hi) {
+    while (flip != flips.end() && flip[1][0] < c_lo) flip += 2;
+    if (flip != flips.end() && flip[0][0] <= c_hi) {
       window_.push_back({c_lo, c_hi, renewed_.size()});
       renewed_.push_back({b, c_lo, b, c_hi, 0});
     } else {

@@ -19,8 +19,8 @@ struct SectionRectangle {
 /// along C through the inside. (Of each line between lines of vertices these are its intervals, equal
 /// neighbours along B merged: what CUDB does to a slice.)
 ///
-/// A plane of vertices changes only rectangles that reach the lines along C between its lowest and highest
-/// ones; only those are taken apart and made anew.
+/// A plane of vertices changes only rectangles that reach the region that it flips; only those that reach the
+/// bounds of a part of it are taken apart and made anew.
 class SectionRectangles {
  public:
   /// Passes a plane of vertices (sorted, projected). New rectangles are slices of box first_box and on, in
@@ -42,21 +42,24 @@ class SectionRectangles {
   struct End {
     std::uint32_t b_hi, c_lo, c_hi;
   };
+  struct Bounds {
+    std::uint32_t b_lo, c_lo, b_hi, c_hi;
+  };
 
-  void find_changed_lines(const ExtremeVertices<2>& plane);
+  void find_changes(const ExtremeVertices<2>& plane);
   void take_touched();
   void renew(const ExtremeVertices<2>& plane);
-  void change_line(std::uint32_t b, const ExtremeVertices<1>& changes);
+  void change_line(std::uint32_t b, const ExtremeVertices<1>& flips);
   void compare(std::uint32_t first_box);
   void put_back();
 
   std::vector<SectionRectangle> rectangles_;  // sorted by their low corners, as all lists of them here
-  std::vector<std::array<std::uint32_t, 2>> changed_lines_;  // closed ranges of B
+  std::vector<Bounds> changes_;               // of the flipped region's parts along B, in that order, closed
   std::vector<SectionRectangle> touched_, untouched_, renewed_, begun_, merged_;
   std::vector<std::uint32_t> ended_;
   std::vector<End> ends_, sorting_;  // high ends of the touched rectangles, sorted
   std::vector<Interval> line_, window_;
-  ExtremeVertices<1> begin_points_, end_points_, plane_points_, moved_, changes_, old_points_, new_points_;
+  ExtremeVertices<1> begin_points_, end_points_, plane_points_, moved_, flips_, old_points_, new_points_;
 };
 
 }  // namespace boxunion

@@ -395,8 +395,8 @@ TEST(EvmCombine, EveryPairOfOccupanciesOf2x2x2) {
 }
 
 TEST(EvmCombine, Identities) {
-  const std::vector<IntegerBox> p_boxes = collect(generate_boxes(300, 1, 60, 300, 7)),
-                                q_boxes = collect(generate_boxes(300, 1, 60, 300, 8));
+  const std::vector<IntegerBox> p_boxes = collect(generate_boxes(150, 1, 40, 120, 7)),
+                                q_boxes = collect(generate_boxes(150, 1, 40, 120, 8));
   std::vector<IntegerBox> both = p_boxes;
   both.insert(both.end(), q_boxes.begin(), q_boxes.end());
   const Axes axes = make_axes(BoxSet(both));
