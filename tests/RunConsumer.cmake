@@ -1,20 +1,65 @@
-# cmake -DBUILD=... -DSOURCE=... -DWORK=... -P RunConsumer.cmake: installs the build to a fresh prefix, configures and
-# builds tests/consumer against it alone, and runs it. Also installs the way packagers do, under a DESTDIR.
+# cmake -DBUILD=... -DSOURCE=... -DWORK=... -DCOMPILER=... -P RunConsumer.cmake: installs the build to a fresh prefix,
+# builds the programs in the documents against it alone, runs them and compares what they print. Also installs the way
+# packagers do, under a DESTDIR.
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
+# Takes the text between `open` and `close` off the front of the variable `text`; sets `block`, or unsets it.
+macro(take_block open close)
+  unset(block)
+  string(FIND "${text}" "${open}" begin)
+  if(begin GREATER -1)
+    string(LENGTH "${open}" length)
+    math(EXPR begin "${begin} + ${length}")
+    string(SUBSTRING "${text}" ${begin} -1 text)
+    string(FIND "${text}" "${close}" end)
+    string(SUBSTRING "${text}" 0 ${end} block)
+    string(SUBSTRING "${text}" ${end} -1 text)
+  endif()
+endmacro()
+
+# Writes each block of C++ of a document to WORK/programs, and the block of text that follows it at once, if one does.
+function(extract_programs name document)
+  file(READ ${document} text)
+  set(number 1)
+  take_block("```cpp\n" "```\n")
+  while(DEFINED block)
+    file(WRITE ${WORK}/programs/${name}_${number}.cpp "${block}")
+    if(text MATCHES "^```\n\n```text\n")
+      take_block("```text\n" "```\n")
+      file(WRITE ${WORK}/programs/${name}_${number}.txt "${block}")
+    endif()
+    math(EXPR number "${number} + 1")
+    take_block("```cpp\n" "```\n")
+  endwhile()
+endfunction()
+
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+extract_programs(readme ${SOURCE}/README.md)
+extract_programs(library ${SOURCE}/docs/library.md)
 run(${CMAKE_COMMAND} -S ${SOURCE}/tests/consumer -B ${WORK}/build -G Ninja -DCMAKE_BUILD_TYPE=Release
-  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix
+  -DPROGRAMS=${WORK}/programs -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix
   "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
 run(${CMAKE_COMMAND} --build ${WORK}/build)
-execute_process(COMMAND ${WORK}/build/volume OUTPUT_VARIABLE out COMMAND_ERROR_IS_FATAL ANY)
-message("${out}")
-if(NOT out MATCHES "^volume 15, area 42, 20 vertices by ")
-  message(FATAL_ERROR "the consumer printed something else")
+file(GLOB programs ${WORK}/programs/*.cpp)
+list(LENGTH programs count)
+if(count LESS 5)
+  message(FATAL_ERROR "found ${count} programs in the documents")
 endif()
+foreach(program IN LISTS programs)
+  cmake_path(GET program STEM name)
+  execute_process(COMMAND ${WORK}/build/${name} WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE out COMMAND_ERROR_IS_FATAL ANY)
+  set(expected "volume 15, area 42, 20 vertices by ")  # of README.md
+  if(EXISTS ${WORK}/programs/${name}.txt)
+    file(READ ${WORK}/programs/${name}.txt expected)
+  endif()
+  string(FIND "${out}" "${expected}" place)
+  if(NOT place EQUAL 0)
+    message(FATAL_ERROR "${name} printed\n${out}\nbut its document says\n${expected}")
+  endif()
+endforeach()
 run(${WORK}/prefix/bin/boxunion --version)
 
 set(ENV{DESTDIR} ${WORK}/stage)
