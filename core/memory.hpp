@@ -53,7 +53,10 @@ class LargeAllocator {
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, std::size_t n) {
-    is_large(n) ? ::operator delete(memory, kHugePage) : ::operator delete(memory);
+    if (is_large(n))  // no conditional expression: of this one clang++ 14 calls both sides
+      ::operator delete(memory, kHugePage);
+    else
+      ::operator delete(memory);
   }
 
   template <class U>
