@@ -59,11 +59,11 @@ class CellRunner {
         options_(options),
         sink_(sink),
         report_(report),
-        cutters_([&] {
-          const std::size_t operands = sink.programs ? grids.size() : 0;
+        cutters_([this] {
+          const std::size_t operands = sink_.programs ? grids_.size() : 0;
           return Cutter{
-              TileCutter({options.tuning.cell, options.tuning.cell_boxes, options.interrupted}, operands),
-              std::vector<Presence>(grids.size()),
+              TileCutter({options_.tuning.cell, options_.tuning.cell_boxes, options_.interrupted}, operands),
+              std::vector<Presence>(grids_.size()),
               {},
               {},
               {}};
