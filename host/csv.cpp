@@ -214,7 +214,7 @@ BoxSet read_boxes(InputFile& file) {
                               reader.lines() + 1, kBlockBytes));
     reader.add({block.data(), whole});
     done += whole;
-    if (more && file.size()) reader.expect(double(*file.size()) / double(done));
+    if (done > 0 && more && file.size()) reader.expect(double(*file.size()) / double(done));
     kept = size - whole;
     std::memmove(block.data(), block.data() + whole, kept);
   }

@@ -121,6 +121,12 @@ TEST_F(Csv, LongFilesKeepTheirOrder) {
   for (std::size_t i = 0; i < boxes.size(); ++i) ASSERT_EQ(boxes[i][0], double(i));
 }
 
+TEST_F(Csv, CommentsMayBeLongerThanABlock) {
+  const std::string comment = "#" + std::string(3 << 20, 'x') + "\n";
+  EXPECT_EQ(read(comment + "0,0,0,1,1,1\n" + comment + "1,0,0,2,1,1"),
+            (std::vector<Box>{{0, 0, 0, 1, 1, 1}, {1, 0, 0, 2, 1, 1}}));
+}
+
 TEST_F(Csv, ALineWithoutEndIsAnError) {
   EXPECT_EQ(error("0,0,0,1,1,1\n" + std::string(40 << 20, '7')),
             "a.csv:2: the line is longer than 33554432 bytes, expected six numbers");
