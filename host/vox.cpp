@@ -207,18 +207,36 @@ Scene read_scene(const InputFile& file, std::string_view bytes) {
   return scene;
 }
 
-/// The boxes of a model at its own coordinates.
+/// The boxes of a model at its own coordinates. Only the bounds of its voxels are looked at: many models of a
+/// few voxels may claim the greatest size.
 std::vector<IntegerBox> model_boxes(const Model& model, const VolumeOptions& options) {
   const double threshold = options.threshold.value_or(1);  // colour 0 is none
+  std::array<std::size_t, 3> lo{256, 256, 256}, hi{};
+  const auto for_each_inside = [&](auto&& f) {
+    for (std::size_t i = 0; i < model.voxels.size(); i += kBytesAVoxel) {
+      const auto byte = [&](std::size_t b) { return std::size_t(std::uint8_t(model.voxels[i + b])); };
+      if (double(byte(3)) >= threshold) f(std::array{byte(0), byte(1), byte(2)});
+    }
+  };
+  for_each_inside([&](const std::array<std::size_t, 3>& voxel) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      lo[a] = std::min(lo[a], voxel[a]);
+      hi[a] = std::max(hi[a], voxel[a] + 1);
+    }
+  });
+  if (hi[0] == 0) return {};
+
   Volume volume;
-  for (std::size_t a = 0; a < 3; ++a) volume.grid.size[a] = model.size[a];
+  auto& size = volume.grid.size;
+  for (std::size_t a = 0; a < 3; ++a) size[a] = hi[a] - lo[a];
   volume.inside.assign(volume.grid.voxels(), 0);
-  for (std::size_t i = 0; i < model.voxels.size(); i += kBytesAVoxel) {
-    const auto byte = [&](std::size_t b) { return std::size_t(std::uint8_t(model.voxels[i + b])); };
-    if (double(byte(3)) >= threshold)
-      volume.inside[(byte(2) * volume.grid.size[1] + byte(1)) * volume.grid.size[0] + byte(0)] = 1;
-  }
-  return index_boxes(stream_of(volume));
+  for_each_inside([&](const std::array<std::size_t, 3>& voxel) {
+    volume.inside[((voxel[2] - lo[2]) * size[1] + voxel[1] - lo[1]) * size[0] + voxel[0] - lo[0]] = 1;
+  });
+  std::vector<IntegerBox> boxes = index_boxes(stream_of(volume));
+  for (IntegerBox& box : boxes)
+    for (std::size_t c = 0; c < 6; ++c) box[c] += std::int32_t(lo[c % 3]);
+  return boxes;
 }
 
 /// Adds the boxes of a model, which turns about the middle of its size, rounded down.

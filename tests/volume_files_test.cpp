@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -488,6 +489,22 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
   EXPECT_EQ(volume.grid.size, (std::array<std::size_t, 3>{4, 1, 1}));
   EXPECT_EQ(volume.grid.origin, (std::array<double, 3>{98, 9, 0}));
   EXPECT_EQ(std::vector<int>(volume.inside.begin(), volume.inside.end()), (std::vector<int>{1, 0, 1, 1}));
+}
+
+/// The time for a model is that of its voxels' bounds, whatever size it claims: 16 MB a model take minutes.
+TEST_F(VolumeFile, VoxModelsOfFewVoxelsAreRead) {
+  constexpr int kModels = 30'000;
+  std::string models;
+  for (int i = 0; i < kModels; ++i)
+    models += model({256, 256, 256}, {{std::uint8_t(i), 255, 7, 1}, {std::uint8_t(i), 254, 7, 1}});
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<Box> boxes = read("a.vox", vox(models));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+  ASSERT_EQ(boxes.size(), std::size_t{kModels});
+  for (int i = 0; i < kModels; ++i) {
+    const double x = i % 256;
+    ASSERT_EQ(boxes[std::size_t(i)], (Box{x, 254, 7, x + 1, 256, 8}));
+  }
 }
 
 TEST_F(VolumeFile, BadVoxIsNamed) {
