@@ -143,11 +143,11 @@ PageFormat page_format(const Tiff& tiff, std::size_t page) {
   const bool is_bounded = compression == COMPRESSION_LZW || compression == COMPRESSION_PACKBITS ||
                           compression == COMPRESSION_DEFLATE || compression == COMPRESSION_ADOBE_DEFLATE;
   const std::uint64_t ratio = compression == COMPRESSION_NONE ? 1 : is_bounded ? 2048 : 1 << 16;
-  const std::uint64_t bytes =
-      is_tiled ? std::uint64_t{pieces} * std::uint64_t(::TIFFTileSize(tiff.get()))
-               : std::uint64_t{format.width} * format.height * element_size(format.element);
-  if (stored > tiff.file_size() || bytes / ratio > stored)
-    refuse(fmt::format("the file is cut off: the pixels take {} bytes, found {}", bytes,
+  const double bytes =  // of tiles, which 64 bits may be too few for
+      is_tiled ? double(pieces) * double(::TIFFTileSize(tiff.get()))
+               : double(format.width) * double(format.height) * double(element_size(format.element));
+  if (stored > tiff.file_size() || bytes / double(ratio) > double(stored))
+    refuse(fmt::format("the file is cut off: the pixels take {:.0f} bytes, found {}", bytes,
                        std::min(stored, tiff.file_size())));
   return format;
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tiffio.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -179,6 +180,36 @@ TEST_F(TiffStack, AHeaderThatClaimsMoreThanTheFileHoldsAllocatesNothing) {
       folder_.write("a.tif", file);
       EXPECT_NE(error(), "") << compression << tag;
     }
+}
+
+/// 2^19 tiles of 2^45 bytes: their product does not fit 64 bits.
+TEST_F(TiffStack, TilesOfMoreBytesThanCanBeCountedAllocateNothing) {
+  const std::vector<std::array<std::uint32_t, 3>> fields = {
+      {TIFFTAG_IMAGEWIDTH, TIFF_LONG, 1},
+      {TIFFTAG_IMAGELENGTH, TIFF_LONG, 1u << 30},
+      {TIFFTAG_BITSPERSAMPLE, TIFF_SHORT, 64},
+      {TIFFTAG_COMPRESSION, TIFF_SHORT, COMPRESSION_NONE},
+      {TIFFTAG_PHOTOMETRIC, TIFF_SHORT, PHOTOMETRIC_MINISBLACK},
+      {TIFFTAG_SAMPLESPERPIXEL, TIFF_SHORT, 1},
+      {TIFFTAG_TILEWIDTH, TIFF_LONG, 1u << 31},
+      {TIFFTAG_TILELENGTH, TIFF_LONG, 1u << 11},
+      {TIFFTAG_TILEOFFSETS, TIFF_LONG, 8},
+      {TIFFTAG_TILEBYTECOUNTS, TIFF_LONG, 100},
+      {TIFFTAG_SAMPLEFORMAT, TIFF_SHORT, SAMPLEFORMAT_IEEEFP}};
+  std::string file("II*\0\x08\0\0\0", 8);
+  const auto append = [&](std::uint32_t number, std::size_t bytes) {
+    file.append(reinterpret_cast<const char*>(&number), bytes);
+  };
+  append(std::uint32_t(fields.size()), 2);
+  for (const auto& [tag, type, value] : fields) {
+    append(tag, 2);
+    append(type, 2);
+    append(1, 4);
+    append(value, 4);
+  }
+  append(0, 4);
+  folder_.write("a.tif", file);
+  EXPECT_EQ(error(), "page 1: the file is cut off: the pixels take 18446744073709551616 bytes, found 100");
 }
 
 TEST_F(TiffStack, AScanOfFibres) {
