@@ -1,10 +1,11 @@
 #include "core/points.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <string>
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
@@ -111,8 +112,8 @@ Array<Point> Points::positions() const {
     const double lower = position(m.lower)[m.axis], upper = position(m.upper)[m.axis];
     const double middle = std::midpoint(lower, upper);
     if (middle <= lower || upper <= middle)
-      throw Error(ErrorKind::input, "cannot split an edge from " + std::to_string(lower) +
-                                        " to the next double: no double lies between");
+      throw Error(ErrorKind::input,
+                  fmt::format("cannot split an edge from {} to {}: no double lies between", lower, upper));
     positions[vertices.size() + i] = position(m.lower);
     positions[vertices.size() + i][m.axis] = middle;
   }

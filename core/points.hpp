@@ -69,8 +69,8 @@ class Points {
   }
   /// The midpoint of one sector's copy of the edge along an axis whose lower end is a vertex, or kNone.
   std::uint32_t between(std::uint32_t lower, int axis, int sector) const;
-  /// Where the points are: exact but for midpoints, which are rounded (onto an end if no double lies
-  /// between).
+  /// Where the points are: exact but for midpoints, which are rounded. Throws Error(input) if no double lies
+  /// between the ends of one.
   Array<Point> positions() const;
 
  private:
