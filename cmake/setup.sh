@@ -40,7 +40,7 @@ build_packages=(
 # What the tests, benchmarks and checkers need besides.
 check_packages=(
   libgtest-dev librapidcheck-dev nlohmann-json3-dev libgmp-dev libbenchmark-dev
-  clang clang-format spirv-tools oclgrind vulkan-validationlayers valgrind
+  clang clang-format python3 spirv-tools oclgrind vulkan-validationlayers valgrind
 )
 
 quiet() { # quiet COMMAND...: shows its output only if it fails
