@@ -27,6 +27,9 @@ constexpr std::size_t round_up(std::size_t bytes, std::size_t multiple) {
 /// Throws Error(resources) if a device cannot allocate a buffer so large.
 void check_allocation(const DeviceInfo& info, std::size_t bytes);
 
+/// The largest workgroup of a device for kernels of a shape.
+std::uint32_t most_work_items(const DeviceInfo& info, Shape shape);
+
 /// Throws Error(device) if a device cannot run a workgroup so large.
 void check_workgroup(const DeviceInfo& info, Shape shape, std::uint32_t workgroup);
 

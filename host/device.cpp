@@ -27,10 +27,15 @@ void check_allocation(const DeviceInfo& info, std::size_t bytes) {
                             info.max_buffer_bytes));
 }
 
-void check_workgroup(const DeviceInfo& info, Shape shape, std::uint32_t workgroup) {
+std::uint32_t most_work_items(const DeviceInfo& info, Shape shape) {
+  // kernels reduce over at most so many lanes (SHARED_REDUCTION in the dialect)
+  if (shape == Shape::group) return std::min(128u, info.max_workgroup);
   // a CPU runs the work-items of a group on one thread, whose stack holds the private memory of all of them
-  const std::uint32_t most =
-      shape == Shape::item && info.is_cpu ? std::min(64u, info.max_workgroup) : info.max_workgroup;
+  return info.is_cpu ? std::min(64u, info.max_workgroup) : info.max_workgroup;
+}
+
+void check_workgroup(const DeviceInfo& info, Shape shape, std::uint32_t workgroup) {
+  const std::uint32_t most = most_work_items(info, shape);
   if (workgroup == 0 || workgroup > most)
     throw Error(ErrorKind::device,
                 fmt::format("{}: workgroups have 1 to {} work-items, not {}", info.id, most, workgroup));
