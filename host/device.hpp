@@ -84,7 +84,8 @@ class Device {
   virtual void dispatch(Kernel& kernel, std::span<Buffer* const> buffers,
                         std::span<const std::byte> parameters, std::uint32_t units) = 0;
   virtual void wait() = 0;
-  /// Device seconds spent in dispatches since the device was opened, as of the last wait().
+  /// Device seconds spent in dispatches since the device was opened, as of the last wait(); natively the CPU
+  /// seconds of all threads.
   virtual double kernel_seconds() const = 0;
 };
 

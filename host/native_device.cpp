@@ -1,6 +1,7 @@
+#include <time.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 
@@ -31,6 +32,13 @@ std::string cpu_name() {
     if (line.starts_with("model name") && line.find(": ") != std::string::npos)
       return line.substr(line.find(": ") + 2);
   return "CPU";
+}
+
+/// CPU seconds of this thread.
+double thread_seconds() {
+  timespec time;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 class NativeBuffer final : public Buffer {
@@ -74,12 +82,14 @@ class NativeDevice final : public Device {
     check_dispatch(source, buffers.size(), parameters.size(), units);
     std::vector<void*> bound;
     for (Buffer* buffer : buffers) bound.push_back(static_cast<NativeBuffer*>(buffer)->memory());
-    const auto start = std::chrono::steady_clock::now();
+    std::atomic<double> seconds = 0;
     parallel_ranges(0, units, grain, [&](std::size_t begin, std::size_t end) {
+      const double start = thread_seconds();
       source.native(bound.data(), parameters.data(), static_cast<std::uint32_t>(begin),
                     static_cast<std::uint32_t>(end));
+      seconds.fetch_add(thread_seconds() - start, std::memory_order_relaxed);
     });
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds_ += seconds;
   }
   void wait() override {}
   double kernel_seconds() const override { return seconds_; }
