@@ -21,6 +21,7 @@ function(boxunion_add_kernels target)
   boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy HEADERS cell.h DEFINES SUMS)
   boxunion_kernel(${target} cell_boolean SOURCE cell_occupancy HEADERS cell.h DEFINES BOOLEAN)
   boxunion_kernel(${target} cell_boolean_sums SOURCE cell_occupancy HEADERS cell.h DEFINES BOOLEAN SUMS)
+  boxunion_kernel(${target} copy)
 endfunction()
 
 # boxunion_kernel(target name [SOURCE stem] [HEADERS file...] [DEFINES macro...]): kernels/<stem>.k, which declares
