@@ -8,6 +8,7 @@
 #include "core/parallel.hpp"
 #include "host/buffers.hpp"
 #include "host/kernels.hpp"
+#include "host/tuning.hpp"
 
 namespace boxunion {
 namespace {
@@ -26,11 +27,6 @@ const KernelSource& source(CellKernel kernel, const CellSink& sink) {
   }
   if (sink.programs) return sink.sums ? kernels::cell_boolean_sums() : kernels::cell_boolean();
   return sink.sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
-}
-
-/// Numbers of a run, in the order that kernels/cell_occupancy.k writes.
-std::size_t sums_a_run(const CellSink& sink) {
-  return sink.programs ? 20 : 18;
 }
 
 /// Adds one run's sums to the sink.
@@ -54,6 +50,10 @@ void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassS
 }
 
 }  // namespace
+
+std::size_t sums_a_run(const CellSink& sink) {
+  return sink.programs ? 20 : 18;
+}
 
 void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin) {
   if (reach.empty()) return;
@@ -108,9 +108,7 @@ void NativeCells::run(const CellBatch& batch) {
 CellStage::CellStage(Device& device, const Options& options, const CellSink& sink)
     : device_(device),
       sink_(sink),
-      kernel_(device.load(
-          source(options.kernel, sink), options.tuning.shape.value_or(device.info().preferred_shape),
-          options.tuning.workgroup ? options.tuning.workgroup : device.info().preferred_workgroup)),
+      kernel_(load(device, source(options.kernel, sink), options.tuning)),
       native_(options.kernel, sink, options.interrupted),
       total_(device.allocate(2 * sizeof(std::uint32_t))) {}
 
@@ -173,7 +171,9 @@ void CellStage::finish(const CellBatch& batch) {
         sink_.vertices->add(std::span(vertices).subspan(begin, end - begin));
       });
   }
-  if (!complete) native_.run(batch);
+  if (complete) return;
+  ++native_batches_;
+  native_.run(batch);
 }
 
 /// Appends the vertices of a dispatch that has ended, again with a larger buffer or in halves where they did

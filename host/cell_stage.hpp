@@ -21,6 +21,10 @@ struct CellSink {
   bool programs = false;     ///< cells may have programs; not with CellKernel::faces
 };
 
+/// Numbers that the kernels of sums give for a run of cells, in the order that kernels/cell_occupancy.k
+/// writes.
+std::size_t sums_a_run(const CellSink& sink);
+
 /// Tells the sink how far a result reaches whose packed coordinates count from the ordinals `origin`.
 void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin);
 
@@ -51,6 +55,8 @@ class CellStage {
   std::size_t capacity(std::size_t steps) const;
   void begin(const CellBatch& batch);
   void finish(const CellBatch& batch);
+  /// Batches so far whose loops were too long for the device, and which therefore ran natively.
+  std::size_t native_batches() const { return native_batches_; }
 
  private:
   void dispatch(std::uint32_t first_run, std::uint32_t end_run);
@@ -60,6 +66,7 @@ class CellStage {
   const CellSink& sink_;
   std::unique_ptr<Kernel> kernel_;
   NativeCells native_;  // for batches whose loops are too long for the device
+  std::size_t native_batches_ = 0;
   std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_, program_, step_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -68,6 +69,14 @@ class CellRunner {
               {},
               {}};
         }) {}
+
+  /// All cells at once, as a device gets them batch by batch.
+  CellBatch cut_all() {
+    CellBatch batch;
+    std::size_t tile = 0;
+    fill(batch, std::numeric_limits<std::size_t>::max(), tile);
+    return batch;
+  }
 
   void run() {
     std::unique_ptr<Device> device = open_device(options_.device);
@@ -213,10 +222,10 @@ class CellRunner {
   std::atomic<std::size_t> done_ = 0;
 };
 
-}  // namespace
-
-void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report) {
+/// Makes the grid of combine_by_cells and calls f(CellRunner).
+template <class F>
+void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                const Options& options, VertexSink* vertices, MassSink* mass, Report& report, F&& f) {
   report.method = "cells";
   report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
   const bool programs = !expression.is_union();
@@ -274,11 +283,29 @@ void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets
   grids.reserve(sources.size());
   for (const OrdinalSource& source : sources) grids.emplace_back(source, plan, options.interrupted);
   watch.lap("tiles");
-  CellRunner(grids, expression.steps(), options, cells, report).run();
+  CellRunner runner(grids, expression.steps(), options, cells, report);
+  f(runner);
   if (cells.sums && !programs)
     for (const TileGrid& grid : grids)
       if (grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
   watch.lap("cells");
+}
+
+}  // namespace
+
+void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report) {
+  with_cells(expression, sets, std::move(ordinals), options, vertices, mass, report,
+             [](CellRunner& runner) { runner.run(); });
+}
+
+CellBatch cut_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                    const Options& options, VertexSink* vertices, MassSink* mass) {
+  CellBatch batch;
+  Report report;
+  with_cells(expression, sets, std::move(ordinals), options, vertices, mass, report,
+             [&](CellRunner& runner) { batch = runner.cut_all(); });
+  return batch;
 }
 
 }  // namespace boxunion

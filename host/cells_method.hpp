@@ -20,4 +20,9 @@ namespace boxunion {
 void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
                       const Options& options, VertexSink* vertices, MassSink* mass, Report& report);
 
+/// All cells that combine_by_cells would hand to a device with these arguments, in one batch, for benchmarks.
+/// What needs no kernel is added to `mass`.
+CellBatch cut_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
+                    const Options& options, VertexSink* vertices, MassSink* mass);
+
 }  // namespace boxunion

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include "core/octants.hpp"
@@ -17,6 +20,7 @@
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
+#include "host/tuning.hpp"
 
 namespace boxunion::command {
 namespace {
@@ -83,6 +87,32 @@ std::vector<Result> boundary_results(const Boundary& boundary) {
           count_result("triangles", boundary.triangulation.triangles.size())};
 }
 
+/// How the kernels are launched on a device, as members of a JSON object; natively there is no choice.
+std::string json_launches(const DeviceInfo& device, const Tuning& tuning) {
+  std::string json;
+  if (device.id == "native") return json;
+  for (const std::string_view kernel : benchmark_kernels()) {
+    const Launch launch = choose_launch(device, kernel, tuning);
+    json += fmt::format("{}{}: {{\"shape\": {}, \"workgroup\": {}, \"tuned\": {}}}", json.empty() ? "" : ", ",
+                        json_string(kernel), json_string(to_string(launch.shape)), launch.workgroup,
+                        tuning.tuned->find(device, kernel) == launch);
+  }
+  return json;
+}
+
+/// The same as a line, if anything was tuned.
+std::string text_launches(const DeviceInfo& device, const Tuning& tuning) {
+  std::string text;
+  if (device.id == "native") return text;
+  for (const std::string_view kernel : benchmark_kernels()) {
+    const Launch launch = choose_launch(device, kernel, tuning);
+    if (tuning.tuned->find(device, kernel) == launch)
+      text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ", kernel, to_string(launch.shape),
+                          launch.workgroup);
+  }
+  return text.empty() ? text : fmt::format("{} tuned: {}\n", device.id, text);
+}
+
 }  // namespace
 
 Options engine_options(const Common& common, ProgressBar& bar) {
@@ -93,7 +123,13 @@ Options engine_options(const Common& common, ProgressBar& bar) {
     warn(text);
   };
   options.interrupted = common.interrupted;
+  options.tuning.tuned = tuned_launches();
   return options;
+}
+
+std::shared_ptr<const TunedLaunches> tuned_launches() {
+  return std::make_shared<const TunedLaunches>(
+      TunedLaunches::read(tuning_path(), [](const std::string& text) { warn(text); }));
 }
 
 void add_report(std::vector<Result>& results, const Report& report) {
@@ -225,17 +261,22 @@ void generate_volume(const std::function<Volume()>& generator, bool as_voxels, c
 void devices(const Common& common) {
   std::vector<std::string> notes;
   const std::vector<DeviceInfo> devices = list_devices(&notes);
+  const Tuning tuned{.tuned = tuned_launches()};
+  const std::string path = tuning_path();
+  std::error_code ignored;
+  const std::string tuning_file = std::filesystem::exists(path, ignored) ? path : "";
   std::string out;
   if (common.json) {
     for (const DeviceInfo& d : devices)
       out += fmt::format(
           "{}{{\"id\": {}, \"name\": {}, \"driver\": {}, \"cpu\": {}, \"unified_memory\": {}, "
-          "\"memory_bytes\": {}, \"max_buffer_bytes\": {}, \"max_workgroup\": {}}}",
+          "\"memory_bytes\": {}, \"max_buffer_bytes\": {}, \"max_workgroup\": {}, \"launches\": {{{}}}}}",
           out.empty() ? "" : ", ", json_string(d.id), json_string(d.name), json_string(d.driver), d.is_cpu,
-          d.is_unified, d.memory_bytes, d.max_buffer_bytes, d.max_workgroup);
+          d.is_unified, d.memory_bytes, d.max_buffer_bytes, d.max_workgroup, json_launches(d, tuned));
     std::string note_list;
     for (const std::string& note : notes) note_list += (note_list.empty() ? "" : ", ") + json_string(note);
-    print(fmt::format("{{\"devices\": [{}], \"notes\": [{}]}}\n", out, note_list));
+    print(fmt::format("{{\"devices\": [{}], \"notes\": [{}], \"tuning_file\": {}}}\n", out, note_list,
+                      tuning_file.empty() ? "null" : json_string(tuning_file)));
     return;
   }
   std::size_t id_width = 0, name_width = 0;
@@ -246,6 +287,8 @@ void devices(const Common& common) {
   for (const DeviceInfo& d : devices)
     out += fmt::format("{:{}}  {}  {:6.1f} GiB  {:{}}  {}\n", d.id, id_width, d.is_cpu ? "CPU" : "GPU",
                        double(d.memory_bytes) / double(1 << 30), d.name, name_width, d.driver);
+  for (const DeviceInfo& d : devices) out += text_launches(d, tuned);
+  if (!tuning_file.empty()) out += fmt::format("tuning file: {}\n", tuning_file);
   for (const std::string& note : notes) out += fmt::format("note: {}\n", note);
   print(out);
 }

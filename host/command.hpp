@@ -12,6 +12,7 @@
 #include "core/generate.hpp"
 #include "core/points.hpp"
 #include "host/engine.hpp"
+#include "host/kernel_bench.hpp"
 #include "host/volume.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout and its progress and warnings to
@@ -78,7 +79,19 @@ void generate(const BoxGenerator& generator, const std::string& output, const Co
 void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
                      const Common& common);
 
-/// Lists the devices of this machine.
+/// What `bench` is asked for.
+struct BenchOptions {
+  KernelBenchOptions cases;
+  bool quick = false;                ///< few cases where none are named
+  std::string json;                  ///< file for the results, if not empty
+  std::optional<std::string> tune;   ///< choose the best launches and write them here; empty: tuning_path()
+  std::vector<std::string> compare;  ///< two files of earlier results; nothing is run
+};
+
+/// Benchmarks the kernels and prints a table; or compares two earlier results.
+void bench(const BenchOptions& bench_options, const Common& common);
+
+/// Lists the devices of this machine and what is in use on them.
 void devices(const Common& common);
 
 }  // namespace boxunion::command

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace boxunion::command {
 
 /// The options of a run; they refer to `common` and `bar`.
 Options engine_options(const Common& common, ProgressBar& bar);
+
+/// What this user's tuning file says, with warnings of what is wrong with it.
+std::shared_ptr<const TunedLaunches> tuned_launches();
 
 /// From bounds to extreme vertices.
 std::vector<Result> mass_results(const MassProperties& mass);

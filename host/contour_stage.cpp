@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "host/buffers.hpp"
 #include "host/kernels.hpp"
+#include "host/tuning.hpp"
 
 namespace boxunion {
 namespace {
@@ -24,8 +25,7 @@ struct Parameters {
 
 ContourStage::ContourStage(Device& device, const Tuning& tuning)
     : device_(device),
-      kernel_(device.load(kernels::contour(), tuning.shape.value_or(device.info().preferred_shape),
-                          tuning.workgroup ? tuning.workgroup : device.info().preferred_workgroup)),
+      kernel_(load(device, kernels::contour(), tuning)),
       total_(device.allocate(2 * sizeof(std::uint32_t))) {}
 
 void ContourStage::run(const Tiles& tiles, std::vector<ContourVertex>& vertices,

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,8 @@ enum class CellKernel {
   faces       ///< UNION3's own test of all triples of faces: cubic in the cell's boxes, a baseline
 };
 
+class TunedLaunches;
+
 /// How kernels are launched; never changes a result. Zero or empty: what suits the device.
 struct Tuning {
   std::optional<Shape> shape{};
@@ -35,6 +38,8 @@ struct Tuning {
   std::uint32_t tile_coordinates = 0;  ///< slices: distinct coordinates an axis of a tile, at most 31
   std::uint32_t cell = 0;              ///< cells: edge in ordinals, rounded up to a power of two
   std::uint32_t cell_boxes = 0;        ///< cells: boxes above which a cell is cut again
+  /// What proved best on some devices (host/tuning.hpp), for a shape and workgroup that are not given.
+  std::shared_ptr<const TunedLaunches> tuned{};
 };
 
 /// What a run is asked to do, beside its boxes.

@@ -55,6 +55,17 @@ std::size_t InputFile::read(std::span<char> bytes) {
   return done;
 }
 
+std::string InputFile::read_all() {
+  constexpr std::size_t kBlock = 1 << 16;
+  std::string text;
+  for (std::size_t got = kBlock; got == kBlock;) {
+    text.resize(text.size() + kBlock);
+    got = read(std::span(text).last(kBlock));
+    text.resize(text.size() - kBlock + got);
+  }
+  return text;
+}
+
 void InputFile::read_at(std::uint64_t offset, std::span<char> bytes) const {
   while (!bytes.empty()) {
     check_interrupted();

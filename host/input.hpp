@@ -26,6 +26,8 @@ class InputFile {
 
   /// Fills `bytes` from the current position; returns how many it got: fewer only at the end of the file.
   std::size_t read(std::span<char> bytes);
+  /// Everything from the current position to the end.
+  std::string read_all();
   /// Fills `bytes` from `offset` of a regular file; throws Error(input) at the end of it. Thread-safe.
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
 

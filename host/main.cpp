@@ -34,6 +34,7 @@ Examples:
   boxunion combine "A and B not C" A=a.csv B=b.npy C=c.csv
   boxunion boundary scan.tif --threshold 90 -o scan.stl
   boxunion label scan.nrrd --connectivity 26 -o labels.npy --components components.csv
+  boxunion bench --quick
 
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64). Volumes of voxels come as .npy (an array of shape (z, y, x)), .nrrd,
@@ -54,6 +55,21 @@ The method slices and the kernel faces find unions only.
 Examples:
   boxunion combine "A not B" A=block.csv B=holes.npy --json
   boxunion combine "metal and (via1 or via2) not cut" metal=m.npy via1=a.npy via2=b.npy cut=c.csv -o out.stl)";
+
+constexpr const char* kBench = R"(
+Every case is checked against the native device and then timed. Device time is the kernel's own, as the device
+measures it; natively, CPU time. Wall time is from batch in host memory to result in host memory. The first run
+includes what compiling the kernel takes, unless the driver has it in a cache. Spreads are half the distance of
+the quartiles. Rates are of device time; of copy: of the bandwidth of a copy on that device.
+
+BOXUNION_TUNING names the tuning file in use (empty: none); without it, $XDG_CONFIG_HOME/boxunion/tuning.json or
+~/.config/boxunion/tuning.json is read.
+
+Examples:
+  boxunion bench --quick
+  boxunion bench --device opencl,vulkan --kernel contour --shape item --workgroup 8,16,32 --json new.json
+  boxunion bench --compare old.json new.json
+  boxunion bench --tune)";
 
 constexpr const char* kBoundaryOutput =
     "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf";
@@ -94,6 +110,7 @@ class CommandLine {
     add_combine();
     add_generate();
     add_devices();
+    add_bench();
     app_.footer(kExamples);  // last: subcommands inherit what is there before them
   }
 
@@ -236,6 +253,74 @@ class CommandLine {
     sub->callback([this] { command::devices(common_); });
   }
 
+  void add_bench() {
+    CLI::App* sub = app_.add_subcommand(
+        "bench", "Benchmarks of the kernels on the devices of this machine, and the choice of launches");
+    KernelBenchOptions& cases = bench_.cases;
+    add_list(sub, "--device", cases.devices, "Devices (default: all); see boxunion devices");
+    add_list(sub, "--kernel", cases.kernels, "Kernels (default: all)")
+        ->check(
+            CLI::IsMember(std::vector<std::string>(benchmark_kernels().begin(), benchmark_kernels().end())));
+    add_choices(sub, "--density", cases.densities,
+                {{"sparse", Density::sparse}, {"middle", Density::middle}, {"dense", Density::dense}},
+                "How full the cells are: the cubes' volumes add up to 0.015, 0.5 or 3 times the space "
+                "(default: all)");
+    add_list(sub, "--size", cases.sizes, "Cells, about (default: 4096, on GPUs 65536; --quick: 1024)")
+        ->check(CLI::Range(1u, 1u << 20));
+    add_choices(sub, "--shape", cases.shapes, {{"group", Shape::group}, {"item", Shape::item}},
+                "How a kernel shares its work (default: as in use)");
+    add_list(sub, "--workgroup", cases.workgroups, "Work-items of a workgroup (default: as in use)")
+        ->check(CLI::Range(1u, 1024u));
+    sub->add_option("--repetitions", cases.repetitions, "Timed runs of a case")
+        ->check(CLI::Range(1u, 100'000u))
+        ->capture_default_str();
+    sub->add_flag("--quick", bench_.quick,
+                  "Few cases, small ones and fewer runs, where not asked for otherwise");
+    CLI::Option* json =
+        sub->add_option("--json", bench_.json, "File for the results, in the schema of Google Benchmark");
+    CLI::Option* tune = sub->add_option_function<std::string>(
+                               "--tune", [this](const std::string& file) { bench_.tune = file; },
+                               "Run every shape and workgroup that may be fast, and write the best ones to "
+                               "FILE (default: the "
+                               "tuning file in use), from which all commands take them")
+                            ->type_name("[FILE]")
+                            ->expected(0, 1);
+    sub->add_option("--compare", bench_.compare,
+                    "Run nothing; show what changed between two files of results")
+        ->type_name("OLD NEW")
+        ->expected(2)
+        ->excludes(json)
+        ->excludes(tune);
+    add_threads(sub);
+    sub->footer(kBench);
+    sub->callback([this] { command::bench(bench_, common_); });
+  }
+
+  /// An option that may be given several times, or several values with commas.
+  template <class T>
+  static CLI::Option* add_list(CLI::App* sub, const std::string& name, std::vector<T>& values,
+                               const std::string& help) {
+    return sub->add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
+  }
+
+  /// The same for words out of a few.
+  template <class T>
+  static void add_choices(CLI::App* sub, const std::string& name, std::vector<T>& values,
+                          const std::map<std::string, T>& choices, const std::string& help) {
+    std::vector<std::string> words;
+    words.reserve(choices.size());
+    for (const auto& choice : choices) words.push_back(choice.first);
+    sub->add_option_function<std::vector<std::string>>(
+           name,
+           [&values, choices](const std::vector<std::string>& chosen) {
+             for (const std::string& word : chosen) values.push_back(choices.at(word));
+           },
+           help)
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(words));
+  }
+
   void add_input(CLI::App* sub, const std::string& model_option = "--model") {
     sub->add_option(
            "FILE", input_,
@@ -356,6 +441,7 @@ class CommandLine {
   command::BoundaryOptions boundary_;
   command::DecomposeOptions decompose_;
   command::LabelOptions label_;
+  command::BenchOptions bench_;
   std::string input_, output_, boxes_, expression_;
   std::vector<std::string> sets_;
   std::uint64_t count_ = 0, seed_ = 1;

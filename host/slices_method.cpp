@@ -14,7 +14,6 @@ namespace boxunion {
 namespace {
 
 constexpr std::size_t kRectanglesPerBatch = std::size_t{1} << 20;
-constexpr std::uint32_t kMostTileCoordinates = 31;
 
 /// The tiles of a batch of slabs: slab i has tiles [first_tile[i], first_tile[i + 1]).
 struct BatchTiles : Tiles {

@@ -1,12 +1,15 @@
 #pragma once
 
-#include <span>
+#include <cstdint>
 
 #include "core/axis.hpp"
 #include "core/vertex.hpp"
 #include "host/engine.hpp"
 
 namespace boxunion {
+
+/// Distinct coordinates an axis of a tile that the kernel `contour` holds.
+inline constexpr std::uint32_t kMostTileCoordinates = 31;
 
 /// The union by slices (López Monterde et al.): the contour of every slab between neighbouring z by the
 /// kernel `contour`, then an xor merge of neighbouring slabs. Gives the vertices to `sink` in batches; memory

@@ -1,11 +1,9 @@
+#include "tests/command.hpp"
+
 #include <gtest/gtest.h>
-#include <stdio.h>
-#include <sys/wait.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
-
-#include "tests/temporary.hpp"
 
 // Runs the built command as a user would.
 
@@ -13,46 +11,6 @@ namespace boxunion {
 namespace {
 
 using namespace std::string_literals;
-
-struct Outcome {
-  int status = -1;
-  std::string out, err;
-};
-
-class Command : public testing::Test {
- protected:
-  /// Runs `boxunion ARGUMENTS` in the test's folder; the shell reads the arguments.
-  Outcome run(const std::string& arguments) { return shell(BOXUNION_COMMAND " " + arguments); }
-
-  Outcome shell(const std::string& line) {
-    Outcome run;
-    FILE* pipe = ::popen(("cd " + folder_.path() + " && { " + line + "; } 2>.stderr").c_str(), "r");
-    char buffer[4096];
-    for (std::size_t n; (n = ::fread(buffer, 1, sizeof buffer, pipe)) > 0;) run.out.append(buffer, n);
-    const int status = ::pclose(pipe);
-    run.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    run.err = folder_.read(".stderr");
-    std::filesystem::remove(folder_.file(".stderr"));
-    return run;
-  }
-
-  /// Expects a run to fail with one line on stderr and nothing on stdout.
-  void expect_error(const std::string& arguments, int status, const std::string& message) {
-    const Outcome r = run(arguments);
-    EXPECT_EQ(r.status, status) << arguments;
-    EXPECT_EQ(r.out, "") << arguments;
-    EXPECT_EQ(r.err, "boxunion: error: " + message + "\n") << arguments;
-  }
-
-  nlohmann::json json(const std::string& arguments) {
-    const Outcome r = run(arguments);
-    EXPECT_EQ(r.status, 0) << arguments << r.err;
-    EXPECT_EQ(r.err, "") << arguments;
-    return nlohmann::json::parse(r.out);
-  }
-
-  TemporaryFolder folder_;
-};
 
 constexpr const char* kHeader = "xmin,ymin,zmin,xmax,ymax,zmax\n";
 

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+
+#include "host/device.hpp"
+#include "host/engine.hpp"
+
+namespace boxunion {
+
+/// "group", "item".
+std::string_view to_string(Shape shape);
+
+/// How a kernel shares its work on a device, and in workgroups of how many work-items.
+struct Launch {
+  Shape shape = Shape::item;
+  std::uint32_t workgroup = 1;
+  friend bool operator==(const Launch&, const Launch&) = default;
+};
+
+/// Launches that proved best, by device (its name and driver) and kernel. They never change a result.
+class TunedLaunches {
+ public:
+  void set(const DeviceInfo& device, std::string_view kernel, Launch launch);
+  std::optional<Launch> find(const DeviceInfo& device, std::string_view kernel) const;
+
+  /// Reads a tuning file. A file that is not there has no launches; one that cannot be read or is not a
+  /// tuning file has none either, and entries that make no sense are left out: `warn` then gets a line for
+  /// each.
+  static TunedLaunches read(const std::string& path, const std::function<void(const std::string&)>& warn);
+  /// Writes a tuning file in place of any that is there, in a folder that is made if need be. Throws as
+  /// OutputFile does.
+  void write(const std::string& path) const;
+
+ private:
+  struct Key {
+    std::string device, driver, kernel;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+  std::map<Key, Launch> launches_;
+};
+
+/// Where this user's tuning file is: BOXUNION_TUNING, where that is set (empty: there is none), else
+/// boxunion/tuning.json in $XDG_CONFIG_HOME or ~/.config. Empty if there is none.
+std::string tuning_path();
+
+/// The launch of a kernel: what `tuning` asks for, else what was tuned, else what suits the device.
+Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning);
+
+/// Makes a kernel ready with that launch.
+std::unique_ptr<Kernel> load(Device& device, const KernelSource& source, const Tuning& tuning);
+
+}  // namespace boxunion
