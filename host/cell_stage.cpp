@@ -94,7 +94,8 @@ void NativeCells::run(const CellBatch& batch) {
       add_run_sums(std::span(sums_).subspan(sums * r, sums), batch.runs[r], *sink_.sums);
     return;
   }
-  if (vertices_.empty()) vertices_.resize(std::size_t{1} << 16);
+  const std::size_t expected = std::min(8 * batch.items.size() + 64, std::size_t{1} << 16);
+  if (vertices_.size() < expected) vertices_.resize(expected);
   for (;;) {
     total[0] = 0;
     buffers[4] = vertices_.data();

@@ -184,8 +184,7 @@ Labelled flood(const Volume& volume, Connectivity connectivity) {
           }
           for (unsigned n = 0; n < 27; ++n) {
             const std::array<unsigned, 3> step = {n % 3, n / 3 % 3, n / 9};
-            if (connectivity == Connectivity::faces &&
-                (step[0] == 1) + (step[1] == 1) + (step[2] == 1) != 2)
+            if (connectivity == Connectivity::faces && (step[0] == 1) + (step[1] == 1) + (step[2] == 1) != 2)
               continue;
             std::array<std::uint32_t, 3> q;
             for (std::size_t a = 0; a < 3; ++a) q[a] = p[a] + step[a] - 1;
