@@ -76,7 +76,7 @@ void compare(const std::string& before, const std::string& after) {
 
 /// Writes the best launches to a tuning file, which keeps what it says of other devices.
 void tune(const BenchResults& results, const std::shared_ptr<const TunedLaunches>& in_use,
-          const std::string& path) {
+          const std::string& path, OutputFile file) {
   const std::vector<BestLaunch> best = best_launches(results, in_use);
   if (best.empty()) {
     print("\nnothing to tune: no device but native has results\n");
@@ -90,7 +90,7 @@ void tune(const BenchResults& results, const std::shared_ptr<const TunedLaunches
                        b.launch.workgroup,
                        b.gain > 1 ? fmt::format("{:.2f} times as fast as before", b.gain) : "as before");
   }
-  launches.write(path);
+  launches.write(std::move(file));
   print(out + fmt::format("tuning file: {}\n", path));
 }
 
@@ -114,7 +114,8 @@ void bench(const BenchOptions& bench_options, const Common& common) {
     if (tuning_file.empty())
       throw Error(ErrorKind::usage, "--tune: no place for the tuning file: name a file");
   }
-  std::optional<OutputFile> json;
+  std::optional<OutputFile> json, tuning;
+  if (bench_options.tune) tuning.emplace(open_tuning_file(tuning_file));
   if (!bench_options.json.empty()) json.emplace(bench_options.json, common.interrupted);
 
   std::string last_device;
@@ -127,7 +128,7 @@ void bench(const BenchOptions& bench_options, const Common& common) {
     });
   });
   if (json) write_bench_json(results, std::move(*json));
-  if (bench_options.tune) tune(results, options.tuned, tuning_file);
+  if (tuning) tune(results, options.tuned, tuning_file, std::move(*tuning));
 }
 
 }  // namespace boxunion::command

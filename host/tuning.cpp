@@ -11,7 +11,6 @@
 #include "core/error.hpp"
 #include "host/backend.hpp"
 #include "host/input.hpp"
-#include "host/output.hpp"
 
 namespace boxunion {
 namespace {
@@ -86,7 +85,7 @@ TunedLaunches TunedLaunches::read(const std::string& path,
   return result;
 }
 
-void TunedLaunches::write(const std::string& path) const {
+void TunedLaunches::write(OutputFile file) const {
   Json devices = Json::array();
   for (const auto& [key, launch] : launches_) {
     if (devices.empty() || devices.back()["name"] != key.device || devices.back()["driver"] != key.driver)
@@ -94,10 +93,6 @@ void TunedLaunches::write(const std::string& path) const {
     devices.back()["kernels"][key.kernel] = {{"shape", to_string(launch.shape)},
                                              {"workgroup", launch.workgroup}};
   }
-  std::error_code ignored;  // OutputFile says what is wrong with the folder
-  if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
-    std::filesystem::create_directories(folder, ignored);
-  OutputFile file(path);
   file.write(
       Json{{"format", kFormat}, {"devices", devices}}.dump(2, ' ', false, Json::error_handler_t::replace) +
       "\n");
@@ -115,6 +110,13 @@ std::string tuning_path() {
     return fmt::format("{}/{}", config, kFile);
   if (const auto home = variable("HOME"); !home.empty()) return fmt::format("{}/.config/{}", home, kFile);
   return {};
+}
+
+OutputFile open_tuning_file(const std::string& path) {
+  std::error_code ignored;  // OutputFile says what is wrong with the folder
+  if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
+    std::filesystem::create_directories(folder, ignored);
+  return OutputFile(path);
 }
 
 Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning) {

@@ -11,6 +11,7 @@
 
 #include "host/device.hpp"
 #include "host/engine.hpp"
+#include "host/output.hpp"
 
 namespace boxunion {
 
@@ -34,9 +35,8 @@ class TunedLaunches {
   /// tuning file has none either, and entries that make no sense are left out: `warn` then gets a line for
   /// each.
   static TunedLaunches read(const std::string& path, const std::function<void(const std::string&)>& warn);
-  /// Writes a tuning file in place of any that is there, in a folder that is made if need be. Throws as
-  /// OutputFile does.
-  void write(const std::string& path) const;
+  /// Writes and commits a tuning file.
+  void write(OutputFile file) const;
 
  private:
   struct Key {
@@ -49,6 +49,10 @@ class TunedLaunches {
 /// Where this user's tuning file is: BOXUNION_TUNING, where that is set (empty: there is none), else
 /// boxunion/tuning.json in $XDG_CONFIG_HOME or ~/.config. Empty if there is none.
 std::string tuning_path();
+
+/// Opens a tuning file to be written, in a folder that is made if need be, before the work that finds what it
+/// will say. Throws as OutputFile does.
+OutputFile open_tuning_file(const std::string& path);
 
 /// The launch of a kernel: what `tuning` asks for, else what was tuned, else what suits the device.
 Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning);

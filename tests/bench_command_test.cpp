@@ -113,6 +113,8 @@ TEST_F(BenchCommand, WrongUsageExitsWith2AndLeavesNoFile) {
   EXPECT_EQ(run("bench --compare one.json").status, 2);
   EXPECT_EQ(run("bench --device magic --json a.json").status, 4);
   EXPECT_EQ(run("bench --json no/folder/a.json").status, 3);
+  expect_error("bench --tune /dev/null/tuning.json", 3,
+               "/dev/null/tuning.json: cannot create the file: /dev/null is not a folder");
   EXPECT_EQ(folder_.file_count(), 0u);
 }
 

@@ -76,7 +76,7 @@ TEST(Tuning, FilesReadBackAsTheyWereWritten) {
   launches.set(gpu("a \"quoted\" name"), "contour", kTuned);
   launches.set(gpu("a \"quoted\" name"), "cell_faces", {Shape::group, 128});
   launches.set(gpu("b"), "contour", {Shape::group, 8});
-  launches.write(path);
+  launches.write(open_tuning_file(path));
   const auto fail = [](const std::string& warning) { ADD_FAILURE() << warning; };
   const TunedLaunches read = TunedLaunches::read(path, fail);
   EXPECT_EQ(read.find(gpu("a \"quoted\" name"), "contour"), kTuned);

@@ -26,4 +26,5 @@
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
+#include "host/tuning.hpp"
 #include "host/volume.hpp"
