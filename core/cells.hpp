@@ -126,6 +126,7 @@ class TileCutter {
     std::vector<std::uint32_t> sorted;                // boxes by cell
     std::vector<std::uint32_t> kept;                  // boxes that are not hidden
     std::vector<std::uint32_t> relevant;              // boxes of operands that matter
+    std::vector<std::uint32_t> visible;               // those of each operand that are not hidden
     std::vector<Step> steps;                          // what is left of the expression
   };
 

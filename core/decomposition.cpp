@@ -63,8 +63,8 @@ Part sweep(std::span<const OrderedPoint<3>> vertices, const ExtremeVertices<2>& 
   Part part;
   SectionRectangles rectangles;
   const auto pass = [&](const ExtremeVertices<2>& plane, std::uint32_t a) {
-    if (part.boxes.size() + plane.size() > kMostBoxes) throw_too_many();
     rectangles.pass(plane, std::uint32_t(part.boxes.size()));
+    if (part.boxes.size() + rectangles.begun().size() > kMostBoxes) throw_too_many();
     for (const std::uint32_t box : rectangles.ended()) part.boxes[box].hi[0] = a;
     for (const SectionRectangle& r : rectangles.begun())
       part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
@@ -145,13 +145,14 @@ bool holds_int32(const Axis& axis) {
 
 Decomposition decompose(const Evm& evm, BoxModel model) {
   Decomposition result{evm.axes, evm.order, {}};
-  with_memory("the decomposition", sizeof(OrdinalBox) * evm.vertices.size(), [&] {
-    if (model == BoxModel::cudb) return join_parts(sweep_in_parts(evm), result.boxes);
-    find_oudb(evm, [&](const OrdinalBox& box) {
-      if (result.boxes.size() == kMostBoxes) throw_too_many();
-      result.boxes.push_back(box);
-    });
-  });
+  if (model == BoxModel::cudb) {
+    join_parts(sweep_in_parts(evm), result.boxes);
+  } else {
+    const std::uint64_t count = count_boxes(evm, model);  // they may be far more than the vertices
+    if (count > kMostBoxes) throw_too_many();
+    with_memory("the decomposition", count * sizeof(OrdinalBox), [&] { result.boxes.reserve(count); });
+    find_oudb(evm, [&](const OrdinalBox& box) { result.boxes.push_back(box); });
+  }
   return result;
 }
 

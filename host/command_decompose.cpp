@@ -64,13 +64,17 @@ void decompose(const std::string& input, const std::string& output, const Decomp
     }
     const Decomposition boxes = decompose(evm, model == Model::oudb ? BoxModel::oudb : BoxModel::cudb);
     stages.finish("boxes");
-    const Adjacency adjacency = find_neighbors(boxes, decompose_options.connectivity);
-    stages.finish("neighbors");
-    stages.end();
+    std::size_t bytes = boxes.boxes.size() * sizeof(OrdinalBox);
     results.push_back(count_result("boxes", boxes.boxes.size()));
-    results.push_back(
-        count_result("neighbors", adjacency.forward[0].boxes.size() + adjacency.forward[1].boxes.size()));
-    results.push_back(count_result("bytes", boxes.boxes.size() * sizeof(OrdinalBox) + adjacency.bytes()));
+    if (decompose_options.connectivity) {
+      const Adjacency adjacency = find_neighbors(boxes, *decompose_options.connectivity);
+      stages.finish("neighbors");
+      results.push_back(
+          count_result("neighbors", adjacency.forward[0].boxes.size() + adjacency.forward[1].boxes.size()));
+      bytes += adjacency.bytes();
+    }
+    stages.end();
+    results.push_back(count_result("bytes", bytes));
     if (file) write_boxes(to_boxes(boxes), std::move(*file));
   });
   bar.clear();

@@ -168,7 +168,7 @@ class CommandLine {
     add_choice(
         sub, "--order", decompose_.order, orders,
         "Axes in the order of cutting and sorting: xyz (default), ..., or best: that with the fewest boxes");
-    add_connectivity(sub, decompose_.connectivity, "Which boxes are neighbors");
+    add_connectivity(sub, decompose_.connectivity, "Find the neighbors of each box and count them");
     add_engine_options(sub);
     add_print_options(sub);
     sub->callback([this] { command::decompose(input_, output_, decompose_, common_); });
@@ -183,7 +183,7 @@ class CommandLine {
                "as .npy, 0 outside")
         ->required(false);
     sub->add_option("--components", label_.components, "Table of the components to write: .csv or .npy");
-    add_connectivity(sub, label_.connectivity, "What is connected");
+    add_connectivity(sub, label_.connectivity, "What is connected (default: 6)");
     add_engine_options(sub);
     add_print_options(sub);
     sub->callback([this] { command::label(input_, output_, label_, common_); });
@@ -356,9 +356,10 @@ class CommandLine {
         ->needs(output);
   }
 
-  static void add_connectivity(CLI::App* sub, Connectivity& value, const std::string& help) {
-    add_choice(sub, "--connectivity", value, {{"6", Connectivity::faces}, {"26", Connectivity::points}},
-               help + ": 6 what shares a part of a face (default), 26 what shares any point");
+  template <class T>
+  static void add_connectivity(CLI::App* sub, T& value, const std::string& help) {
+    add_choice<T>(sub, "--connectivity", value, {{"6", Connectivity::faces}, {"26", Connectivity::points}},
+                  help + ": 6 what shares a part of a face, 26 what shares any point");
   }
 
   void add_threads(CLI::App* sub) {

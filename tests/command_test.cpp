@@ -350,13 +350,16 @@ TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsWhereItRounds) {
 TEST_F(Command, DecomposeWritesBoxesThatItReadsAgain) {
   // a plus sign of height 1: the arms along the first axis are cut off, or those along the second
   folder_.write("plus.csv", "1,0,0,2,3,1\n0,1,0,3,2,1\n");
-  nlohmann::json result = json("decompose plus.csv --json -o xyz.csv");
+  nlohmann::json result = json("decompose plus.csv --json -o xyz.csv --connectivity 6");
   EXPECT_EQ(result.at("model"), "cudb");
   EXPECT_EQ(result.at("order"), "xyz");
   EXPECT_EQ(result.at("boxes"), 3);
   EXPECT_EQ(result.at("neighbors"), 2);
   EXPECT_EQ(result.at("output"), "xyz.csv");
   EXPECT_EQ(folder_.read("xyz.csv"), kHeader + "0,1,0,1,2,1\n1,0,0,2,3,1\n2,1,0,3,2,1\n"s);
+  EXPECT_EQ(result.at("bytes"),
+            3 * 24 + 4 * (4 * 8 + 2 * 4) - 2 * 2 * 4);  // both axes of 2 pairs in one list
+  EXPECT_EQ(json("decompose plus.csv --json --order zyx").at("bytes"), 3 * 24);
   EXPECT_EQ(json("decompose plus.csv --json --order zyx").at("boxes"), 3);
   json("decompose plus.csv --json --order yxz -o yxz.npy");
   for (const char* file : {"plus.csv", "xyz.csv", "yxz.npy"}) {

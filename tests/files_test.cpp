@@ -142,17 +142,6 @@ std::string npy(const std::string& descr, const std::string& shape, const std::s
   return file + header + data;
 }
 
-template <class T>
-std::string bytes(const std::vector<T>& values, bool swapped = false) {
-  std::string all;
-  for (const T value : values) {
-    auto b = std::bit_cast<std::array<char, sizeof(T)>>(value);
-    if (swapped) std::reverse(b.begin(), b.end());
-    all.append(b.data(), b.size());
-  }
-  return all;
-}
-
 class Npy : public testing::Test {
  protected:
   BoxSet read(std::string_view content) { return read_boxes(folder_.write("a.npy", content)); }

@@ -14,6 +14,7 @@
 #include "host/bench_json.hpp"
 #include "host/bench_problem.hpp"
 #include "tests/every_device.hpp"
+#include "tests/native_proxy.hpp"
 #include "tests/temporary.hpp"
 
 namespace boxunion {
@@ -107,30 +108,14 @@ TEST(KernelBenchOptions, WrongNamesAreErrors) {
 }
 
 /// The native device, but for one bit of every result.
-class WrongDevice final : public Device {
+class WrongDevice final : public NativeProxy {
  public:
-  const DeviceInfo& info() const override { return native_->info(); }
-  std::unique_ptr<Buffer> allocate(std::size_t bytes) override { return native_->allocate(bytes); }
-  void upload(Buffer& buffer, std::size_t bytes) override { native_->upload(buffer, bytes); }
   void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
-    native_->download(buffer, offset, bytes);
+    NativeProxy::download(buffer, offset, bytes);
     if (wrong && bytes > 2 * sizeof(std::uint32_t)) buffer.view<std::uint32_t>()[offset / 4] ^= 1u;
   }
-  void clear(Buffer& buffer, std::size_t bytes) override { native_->clear(buffer, bytes); }
-  std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
-    return native_->load(source, shape, workgroup);
-  }
-  void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
-                std::uint32_t units) override {
-    native_->dispatch(kernel, buffers, parameters, units);
-  }
-  void wait() override { native_->wait(); }
-  double kernel_seconds() const override { return native_->kernel_seconds(); }
 
   bool wrong = true;
-
- private:
-  std::unique_ptr<Device> native_ = open_device("native");
 };
 
 TEST(BenchProblem, WrongResultsAreNoticed) {

@@ -3,14 +3,30 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace boxunion {
+
+/// Numbers as a file has them, in the other byte order if `swapped`.
+template <class T>
+std::string bytes(const std::vector<T>& values, bool swapped = false) {
+  std::string all;
+  for (const T value : values) {
+    auto b = std::bit_cast<std::array<char, sizeof(T)>>(value);
+    if (swapped) std::reverse(b.begin(), b.end());
+    all.append(b.data(), b.size());
+  }
+  return all;
+}
 
 /// A folder for the files of a test, removed with all that is in it.
 class TemporaryFolder {

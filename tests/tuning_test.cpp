@@ -13,6 +13,7 @@
 #include "host/cell_stage.hpp"
 #include "host/contour_stage.hpp"
 #include "tests/every_device.hpp"
+#include "tests/native_proxy.hpp"
 #include "tests/temporary.hpp"
 
 namespace boxunion {
@@ -148,30 +149,17 @@ TEST(Tuning, TheEnvironmentSaysWhereTheFileIs) {
 }
 
 /// Another name for the native device, which notes how kernels are loaded.
-class NotingDevice final : public Device {
+class NotingDevice final : public NativeProxy {
  public:
   const DeviceInfo& info() const override { return info_; }
-  std::unique_ptr<Buffer> allocate(std::size_t bytes) override { return native_->allocate(bytes); }
-  void upload(Buffer& buffer, std::size_t bytes) override { native_->upload(buffer, bytes); }
-  void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
-    native_->download(buffer, offset, bytes);
-  }
-  void clear(Buffer& buffer, std::size_t bytes) override { native_->clear(buffer, bytes); }
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
     loaded.emplace_back(source.name, Launch{shape, workgroup});
-    return native_->load(source, shape, workgroup);
+    return NativeProxy::load(source, shape, workgroup);
   }
-  void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
-                std::uint32_t units) override {
-    native_->dispatch(kernel, buffers, parameters, units);
-  }
-  void wait() override { native_->wait(); }
-  double kernel_seconds() const override { return native_->kernel_seconds(); }
 
   std::vector<std::pair<std::string, Launch>> loaded;
 
  private:
-  std::unique_ptr<Device> native_ = open_device("native");
   DeviceInfo info_ = gpu("a");
 };
 

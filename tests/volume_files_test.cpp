@@ -25,17 +25,6 @@ namespace {
 
 using namespace std::string_literals;
 
-template <class T>
-std::string bytes(const std::vector<T>& values, bool swapped = false) {
-  std::string all;
-  for (const T value : values) {
-    auto b = std::bit_cast<std::array<char, sizeof(T)>>(value);
-    if (swapped) std::reverse(b.begin(), b.end());
-    all.append(b.data(), b.size());
-  }
-  return all;
-}
-
 /// Compressed by zlib, in its own format or gzip's.
 std::string deflated(const std::string& plain, bool gzip) {
   z_stream zlib{};
