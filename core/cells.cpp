@@ -17,6 +17,8 @@ constexpr std::size_t kGridBoxes = 200;  // a crowded cell with more gets a grid
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
 constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
 
+constexpr std::uint64_t kOnes = packed::pack(1, 1, 1);
+
 using packed::field;
 
 }  // namespace
@@ -91,7 +93,8 @@ void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
   sums_ = sums;
   first_box_ = std::uint32_t(batch.boxes.size());
   const std::size_t first_cell = batch.cells.size();
-  const PackedRegion tile{packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
+  const PackedRegion tile{kOnes, packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
+  tile_end_ = tile.hi;
   const bool clusters = !tuning_.cell && is_empty_without_boxes(steps);
   if (clusters && clusters_.find(boxes, std::ranges::max(edge))) {
     if (steps.empty())
@@ -119,7 +122,8 @@ void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
 void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* sums) {
   sums_ = sums;
   reach_ = {};
-  add_covered({packed::pack(1, 1, 1), packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)});
+  tile_end_ = packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1);
+  add_covered({kOnes, tile_end_});
 }
 
 /// 0 .. count - 1
@@ -465,18 +469,24 @@ std::size_t TileCutter::merge_equal_clips(const PackedRegion& region, std::span<
 }
 
 void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) {
-  batch_->cells.push_back({region.lo - packed::pack(1, 1, 1), region.hi - region.lo + packed::pack(1, 1, 1),
-                           std::uint32_t(batch_->items.size()), std::uint32_t(items.size())});
+  Cell cell{region.lo - kOnes, region.hi - region.lo + kOnes, std::uint32_t(batch_->items.size()),
+            std::uint32_t(items.size())};
+  if (sums_)
+    for (int a = 0; a < 3; ++a)
+      if (field(region.hi, a) == field(tile_end_, a)) cell.last |= packed::guard(a);
+  batch_->cells.push_back(cell);
   for (const std::uint32_t i : items) batch_->items.push_back(first_box_ + i);
   ++statistics_.cells;
   statistics_.items += items.size();
   if (has_operands()) add_program(region, items, steps);
 }
 
+/// Of the points that a covered region adds to the sums over vertices (kernels/cell_occupancy.k) all have a
+/// coordinate 0 but the tile's upper corner, and that one adds what the whole tile would.
 void TileCutter::add_covered(const PackedRegion& region) {
   reach_.extend({region.lo, region.hi}, region);
   ++statistics_.covered_cells;
-  if (sums_) add_inside(*sums_, region);
+  if (sums_ && region.hi == tile_end_) add_inside(*sums_, {kOnes, tile_end_});
 }
 
 }  // namespace boxunion

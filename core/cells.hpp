@@ -17,8 +17,9 @@ namespace boxunion {
 
 /// A cell as the kernels read it: its region and its boxes.
 struct Cell {
-  std::uint64_t origin = 0;            ///< region.lo - 1, packed
-  std::uint64_t last = 0;              ///< region.hi - region.lo + 1, packed
+  std::uint64_t origin = 0;  ///< region.lo - 1, packed
+  std::uint64_t last = 0;    ///< region.hi - region.lo + 1, packed; for sums, with the guard bits of
+                             ///< the axes on which the region ends where its tile does
   std::uint32_t first = 0, count = 0;  ///< in CellBatch::items
 };
 
@@ -161,6 +162,7 @@ class TileCutter {
   // the tile at work
   std::span<const PackedBox> boxes_;
   std::span<const std::uint32_t> operands_;  // of the boxes
+  std::uint64_t tile_end_ = 0;               // upper corner of the tile
   std::uint32_t first_box_ = 0;              // of the tile, in the batch
   CellBatch* batch_ = nullptr;
   LatticeSums* sums_ = nullptr;

@@ -41,6 +41,8 @@ struct LatticeSums {
   std::array<std::int64_t, 3> area{}, length{};
 
   friend bool operator==(const LatticeSums&, const LatticeSums&) = default;
+  /// Adds modulo 2^64, so that parts may wrap where the whole fits.
+  LatticeSums& operator+=(const LatticeSums& other);
   /// Adds the box [lo, hi], which the region holds and no other box touches; it owns `ends[a]` (0 to 2) of
   /// the box's two faces normal to axis a. With no ends: a part of the inside of the union. All that `times`.
   void add_box(const std::array<std::uint32_t, 3>& lo, const std::array<std::uint32_t, 3>& hi,
@@ -74,13 +76,33 @@ class MassSink : public VertexSink {
 
 // ---- implementation ----
 
+namespace detail {
+
+template <class T>
+void add_wrapping(T& to, std::type_identity_t<T> term) {
+  to = static_cast<T>(static_cast<std::uint64_t>(to) + static_cast<std::uint64_t>(term));
+}
+
+}  // namespace detail
+
+inline LatticeSums& LatticeSums::operator+=(const LatticeSums& other) {
+  vertices += other.vertices;
+  extreme += other.extreme;
+  detail::add_wrapping(volume, other.volume);
+  for (unsigned i = 0; i < 6; ++i) detail::add_wrapping(second[i], other.second[i]);
+  for (unsigned a = 0; a < 3; ++a) {
+    detail::add_wrapping(first[a], other.first[a]);
+    detail::add_wrapping(area[a], other.area[a]);
+    detail::add_wrapping(length[a], other.length[a]);
+  }
+  return *this;
+}
+
 inline void LatticeSums::add_box(const std::array<std::uint32_t, 3>& lo,
                                  const std::array<std::uint32_t, 3>& hi,
                                  const std::array<std::uint32_t, 3>& ends, std::int64_t times) {
   // modulo 2^64 on the way: only the sum is known to fit
-  const auto add = [](auto& to, std::uint64_t term) {
-    to = static_cast<std::remove_reference_t<decltype(to)>>(static_cast<std::uint64_t>(to) + term);
-  };
+  const auto add = []<class T>(T& to, std::uint64_t term) { detail::add_wrapping(to, static_cast<T>(term)); };
   const auto factor = static_cast<std::uint64_t>(times);
   std::uint64_t edge[3], sum[3], square[3];  // (hi^2 - lo^2) / edge and (hi^3 - lo^3) / edge
   for (unsigned a = 0; a < 3; ++a) {

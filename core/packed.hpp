@@ -21,6 +21,10 @@ constexpr std::uint64_t pack(std::uint32_t x, std::uint32_t y, std::uint32_t z) 
 constexpr std::uint32_t field(std::uint64_t p, int axis) {
   return std::uint32_t(p >> (21 * axis)) & kMax;
 }
+/// The bit above a coordinate.
+constexpr std::uint64_t guard(int axis) {
+  return std::uint64_t{1} << (21 * axis + kBits);
+}
 /// Replaces one coordinate.
 constexpr std::uint64_t with_field(std::uint64_t p, int axis, std::uint32_t value) {
   return (p & ~(std::uint64_t{kMax} << (21 * axis))) | std::uint64_t{value} << (21 * axis);

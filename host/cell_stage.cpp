@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
+#include "core/octants.hpp"
 #include "core/parallel.hpp"
 #include "host/buffers.hpp"
 #include "host/kernels.hpp"
@@ -29,8 +30,7 @@ const KernelSource& source(CellKernel kernel, const CellSink& sink) {
   return sink.sums ? kernels::cell_occupancy_sums() : kernels::cell_occupancy();
 }
 
-/// Adds one run's sums to the sink.
-void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassSink& sink) {
+LatticeSums lattice_sums(std::span<const std::uint64_t> sums) {
   LatticeSums s;
   const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(sums[i]); };
   s.vertices = sums[0];
@@ -40,13 +40,43 @@ void add_run_sums(std::span<const std::uint64_t> sums, const CellRun& run, MassS
   for (std::size_t i = 0; i < 6; ++i) s.second[i] = number(6 + i);
   for (std::size_t a = 0; a < 3; ++a) s.area[a] = number(12 + a);
   for (std::size_t a = 0; a < 3; ++a) s.length[a] = number(15 + a);
+  return s;
+}
+
+/// Where the runs of each tile end.
+std::vector<std::size_t> tile_ends(std::span<const CellRun> runs) {
+  std::vector<std::size_t> ends;
+  for (std::size_t r = 1; r <= runs.size(); ++r)
+    if (r == runs.size() || runs[r].origin != runs[r - 1].origin) ends.push_back(r);
+  return ends;
+}
+
+/// Adds the sums of one tile's runs to the sink; only together they are sums of a region.
+void add_tile_sums(std::span<const std::uint64_t> sums, std::span<const CellRun> runs, MassSink& sink) {
+  const std::size_t each = sums.size() / runs.size();
+  LatticeSums tile;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const auto of_run = sums.subspan(each * r, each);
+    tile += lattice_sums(of_run);
+    if (each == 18) continue;
+    Reach reach;
+    for (int a = 0; a < 3; ++a)
+      reach.lo[a] = packed::field(of_run[18], a), reach.hi[a] = packed::field(of_run[19], a);
+    extend_bounds(sink, reach, runs[r].origin);
+  }
   // packed coordinate 1 is 0 to the kernel
-  sink.add(s, {run.origin[0] + 1, run.origin[1] + 1, run.origin[2] + 1});
-  if (sums.size() == 18) return;
-  Reach reach;
-  for (int a = 0; a < 3; ++a)
-    reach.lo[a] = packed::field(sums[18], a), reach.hi[a] = packed::field(sums[19], a);
-  extend_bounds(sink, reach, run.origin);
+  const auto& origin = runs[0].origin;
+  sink.add(tile, {origin[0] + 1, origin[1] + 1, origin[2] + 1});
+}
+
+/// The same of the runs of some tiles that end at ends[first .. last - 1].
+void add_sums(std::span<const std::uint64_t> sums, std::span<const CellRun> runs,
+              std::span<const std::size_t> ends, std::size_t first, std::size_t last, MassSink& sink) {
+  const std::size_t each = sums.size() / runs.size();
+  for (std::size_t t = first; t < last; ++t) {
+    const std::size_t begin = t == 0 ? 0 : ends[t - 1], count = ends[t] - begin;
+    add_tile_sums(sums.subspan(each * begin, each * count), runs.subspan(begin, count), sink);
+  }
 }
 
 }  // namespace
@@ -84,14 +114,16 @@ void NativeCells::run(const CellBatch& batch) {
                      nullptr,
                      total,
                      const_cast<CellProgram*>(batch.programs.data()),
-                     const_cast<CellStep*>(batch.steps.data())};
+                     const_cast<CellStep*>(batch.steps.data()),
+                     nullptr};
   if (sink_.sums) {
+    buffers[sink_.programs ? 8 : 6] = const_cast<std::uint32_t*>(kPackedWeights.data());
     const std::size_t sums = sums_a_run(sink_);
     sums_.resize(sums * runs);
     buffers[4] = sums_.data();
     compute(batch, buffers, 0);
-    for (std::uint32_t r = 0; r < runs; ++r)
-      add_run_sums(std::span(sums_).subspan(sums * r, sums), batch.runs[r], *sink_.sums);
+    const auto ends = tile_ends(batch.runs);
+    add_sums(sums_, batch.runs, ends, 0, ends.size(), *sink_.sums);
     return;
   }
   const std::size_t expected = std::min(8 * batch.items.size() + 64, std::size_t{1} << 16);
@@ -111,7 +143,9 @@ CellStage::CellStage(Device& device, const Options& options, const CellSink& sin
       sink_(sink),
       kernel_(load(device, source(options.kernel, sink), options.tuning)),
       native_(options.kernel, sink, options.interrupted),
-      total_(device.allocate(2 * sizeof(std::uint32_t))) {}
+      total_(device.allocate(2 * sizeof(std::uint32_t))) {
+  if (sink.sums) upload(device, weights_, std::span<const std::uint32_t>(kPackedWeights));
+}
 
 std::size_t CellStage::capacity(std::size_t steps) const {
   const std::size_t bytes = sink_.programs ? std::max(sizeof(Cell), steps * sizeof(CellStep)) : sizeof(Cell);
@@ -141,11 +175,11 @@ void CellStage::dispatch(std::uint32_t first_run, std::uint32_t end_run) {
   const std::size_t capacity = out_->bytes() / sizeof(Vertex);
   const Parameters parameters{first_run, end_run,
                               static_cast<std::uint32_t>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
-  Buffer* const buffers[] = {box_.get(), item_.get(),  cell_.get(),    run_.get(),
-                             out_.get(), total_.get(), program_.get(), step_.get()};
+  std::vector<Buffer*> buffers{box_.get(), item_.get(), cell_.get(), run_.get(), out_.get(), total_.get()};
+  if (sink_.programs) buffers.insert(buffers.end(), {program_.get(), step_.get()});
+  if (sink_.sums) buffers.push_back(weights_.get());
   device_.clear(*total_, 2 * sizeof(std::uint32_t));
-  device_.dispatch(*kernel_, std::span(buffers).first(sink_.programs ? 8 : 6),
-                   std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
+  device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
   device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
 }
 
@@ -158,10 +192,10 @@ void CellStage::finish(const CellBatch& batch) {
   const auto total = total_->view<std::uint32_t>();
   bool complete = total[1] == 0;
   if (complete && sink_.sums) {
-    const auto sums = out_->view<std::uint64_t>();
-    parallel_ranges(0, runs, 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t r = begin; r < end; ++r)
-        add_run_sums(sums.subspan(sums_each * r, sums_each), batch.runs[r], *sink_.sums);
+    const auto sums = out_->view<std::uint64_t>().first(sums_each * runs);
+    const auto ends = tile_ends(batch.runs);
+    parallel_ranges(0, ends.size(), 16, [&](std::size_t begin, std::size_t end) {
+      add_sums(sums, batch.runs, ends, begin, end, *sink_.sums);
     });
   } else if (complete) {
     std::vector<Vertex> vertices;

@@ -67,7 +67,7 @@ class CellStage {
   std::unique_ptr<Kernel> kernel_;
   NativeCells native_;  // for batches whose loops are too long for the device
   std::size_t native_batches_ = 0;
-  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_, program_, step_;
+  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_, program_, step_, weights_;
 };
 
 }  // namespace boxunion

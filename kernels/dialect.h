@@ -40,6 +40,8 @@
 #define POPCOUNT(x) U32(bitCount(x))
 #define LOWEST_BIT(x) U32(findLSB(x))
 #define HIGHEST_BIT(x) U32(findMSB(x))
+#define POPCOUNT64(x) U32(bitCount(U32(x)) + bitCount(U32((x) >> 32)))
+#define LOWEST_BIT64(x) (U32(x) != 0u ? LOWEST_BIT(U32(x)) : 32u + LOWEST_BIT(U32((x) >> 32)))
 #define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomicAdd(target, value)
 #define GROUP_INDEX (gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y)
 #define LANE gl_LocalInvocationIndex
@@ -70,6 +72,8 @@
 #define POPCOUNT(x) U32(popcount(x))
 #define LOWEST_BIT(x) (31u - U32(clz((x) & (0u - (x)))))
 #define HIGHEST_BIT(x) (31u - U32(clz(x)))
+#define POPCOUNT64(x) U32(popcount(x))
+#define LOWEST_BIT64(x) (63u - U32(clz((x) & (0u - (x)))))
 #define GLOBAL_FETCH_ADD(old, target, value) u32 old = atomic_add(&(target), value)
 #define GROUP_INDEX U32(get_group_id(0))
 #define LANE U32(get_local_id(0))
@@ -103,6 +107,8 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define POPCOUNT(x) U32(__builtin_popcount(x))
 #define LOWEST_BIT(x) U32(__builtin_ctz(x))
 #define HIGHEST_BIT(x) (31u - U32(__builtin_clz(x)))
+#define POPCOUNT64(x) U32(__builtin_popcountll(x))
+#define LOWEST_BIT64(x) U32(__builtin_ctzll(x))
 #define GLOBAL_FETCH_ADD(old, target, value) const u32 old = __atomic_fetch_add(&(target), value, __ATOMIC_RELAXED)
 #endif
 
