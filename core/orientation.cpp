@@ -24,14 +24,10 @@ struct Difference {
 
 }  // namespace
 
-int orientation(const std::array<double, 2>& a, const std::array<double, 2>& b,
-                const std::array<double, 2>& c) {
-  // The sign of ux * vy - uy * vx. Rounding changes each product by a relative 2^-51 at most, if none
-  // underflows.
+int detail::exact_orientation(const std::array<double, 2>& a, const std::array<double, 2>& b,
+                              const std::array<double, 2>& c) {
   const Difference ux(b[0], a[0]), uy(b[1], a[1]), vx(c[0], a[0]), vy(c[1], a[1]);
   const double left = ux.value * vy.value, right = uy.value * vx.value;
-  if (std::abs(left - right) > 0x1p-50 * (std::abs(left) + std::abs(right)) + 0x1p-1000)
-    return sign(left - right);
 
   // A difference has the right sign always, even if its product underflows.
   const int left_sign = sign(ux.value) * sign(vy.value), right_sign = sign(uy.value) * sign(vx.value);
