@@ -1,9 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <utility>
+
+#include "core/error.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 #include "core/plain_threads.hpp"
@@ -34,6 +37,28 @@ inline std::size_t thread_count() {
   return static_cast<std::size_t>(library::this_task_arena::max_concurrency());
 }
 
+/// While it lives, parallel work that its thread starts ends with Error(interrupted) soon after a flag has
+/// become true.
+class Interruptible {
+ public:
+  /// `flag` may be null.
+  explicit Interruptible(const std::atomic<bool>* flag) : outer_(std::exchange(flag_, flag)) {}
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+  ~Interruptible() { flag_ = outer_; }
+
+  /// What the innermost one of this thread watches, or null.
+  static const std::atomic<bool>* flag() { return flag_; }
+  /// Throws Error(interrupted) if that has become true.
+  static void check() {
+    if (flag_ && *flag_) throw Error(ErrorKind::interrupted, "interrupted");
+  }
+
+ private:
+  static inline thread_local const std::atomic<bool>* flag_ = nullptr;
+  const std::atomic<bool>* outer_;
+};
+
 /// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
 template <class F>
 void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
@@ -41,16 +66,30 @@ void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&&
     if (first < last) f(first, last);
     return;
   }
+  const std::atomic<bool>* const flag = Interruptible::flag();
   library::parallel_for(library::blocked_range<std::size_t>(first, last, grain),
-                        [&](const library::blocked_range<std::size_t>& r) { f(r.begin(), r.end()); });
+                        [&](const library::blocked_range<std::size_t>& r) {
+                          if (!flag) return f(r.begin(), r.end());
+                          const Interruptible on_this_thread(flag);
+                          const std::size_t piece = 8 * grain;
+                          for (std::size_t begin = r.begin(); begin < r.end(); begin += piece) {
+                            Interruptible::check();
+                            f(begin, std::min(begin + piece, r.end()));
+                          }
+                        });
 }
 
 /// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values.
 template <class T, class F, class Join>
 T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T identity, F&& f, Join&& join) {
+  const std::atomic<bool>* const flag = Interruptible::flag();
   return library::parallel_reduce(
       library::blocked_range<std::size_t>(first, last, grain), identity,
-      [&](const library::blocked_range<std::size_t>& r, T value) { return f(r.begin(), r.end(), value); },
+      [&](const library::blocked_range<std::size_t>& r, T value) {
+        const Interruptible on_this_thread(flag);
+        Interruptible::check();
+        return f(r.begin(), r.end(), std::move(value));
+      },
       join);
 }
 

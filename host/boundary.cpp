@@ -1,8 +1,7 @@
 #include "host/boundary.hpp"
 
-#include <tbb/task_arena.h>
-
 #include "host/stopwatch.hpp"
+#include "host/threads.hpp"
 
 namespace boxunion {
 
@@ -12,8 +11,7 @@ Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& 
   Boundary boundary;
   Stages stages(r, options.interrupted);
   const auto finish = [&](std::string_view stage) { stages.finish(stage); };
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  arena.execute([&] {
+  with_threads(options.threads, options.interrupted, [&] {
     boundary.brep = make_brep(solid, contacts, finish);
     boundary.triangulation = triangulate(boundary.brep.points, boundary.brep.faces);
     finish("triangles");

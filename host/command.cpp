@@ -16,10 +16,10 @@
 #include "core/voxel_boxes.hpp"
 #include "host/boundary.hpp"
 #include "host/command_results.hpp"
-#include "host/command_threads.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
+#include "host/threads.hpp"
 #include "host/tuning.hpp"
 
 namespace boxunion::command {
@@ -181,7 +181,7 @@ void measure(const std::string& input, const Common& common) {
   ProgressBar bar(common.quiet);
   Report report;
   std::size_t boxes = 0, degenerate = 0;
-  const MassProperties mass = with_threads(common, [&] {
+  const MassProperties mass = with_threads(common.engine.threads, common.interrupted, [&] {
     const BoxSet set = read_boxes(input, common.interrupted, common.volume);
     boxes = set.size();
     degenerate = count_degenerate(set);
@@ -212,7 +212,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   BoundaryWriter writer(output, boundary_options, common);
   const Options options = engine_options(common, bar);
   Report report;
-  with_threads(common, [&] {
+  with_threads(common.engine.threads, common.interrupted, [&] {
     writer.write(unite(read_boxes(input, common.interrupted, common.volume), options, &report), options,
                  report);
   });
@@ -225,7 +225,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common) {
   ProgressBar bar(common.quiet);
   OutputFile file = open_output(output, common.interrupted);
-  with_threads(common, [&] {
+  with_threads(common.engine.threads, common.interrupted, [&] {
     BoxWriter<std::int32_t> writer(file, generator.count);
     std::uint64_t done = 0;
     generator.run([&](std::span<const IntegerBox> boxes) {
@@ -244,7 +244,7 @@ void generate_volume(const std::function<Volume()>& generator, bool as_voxels, c
   OutputFile file = as_voxels ? open_output(output, common.interrupted, kVoxelFormats)
                               : open_output(output, common.interrupted);
   Result count;
-  with_threads(common, [&] {
+  with_threads(common.engine.threads, common.interrupted, [&] {
     const Volume volume = generator();
     if (as_voxels) {
       count = count_result("voxels", volume.grid.voxels());

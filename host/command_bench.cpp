@@ -7,8 +7,8 @@
 #include "host/bench_json.hpp"
 #include "host/command.hpp"
 #include "host/command_results.hpp"
-#include "host/command_threads.hpp"
 #include "host/kernel_bench.hpp"
+#include "host/threads.hpp"
 #include "host/tuning.hpp"
 
 namespace boxunion::command {
@@ -119,7 +119,7 @@ void bench(const BenchOptions& bench_options, const Common& common) {
   if (!bench_options.json.empty()) json.emplace(bench_options.json, common.interrupted);
 
   std::string last_device;
-  const BenchResults results = with_threads(common, [&] {
+  const BenchResults results = with_threads(common.engine.threads, common.interrupted, [&] {
     return run_kernel_bench(options, [&](const BenchDevice& device, const BenchCase& c) {
       if (!device.error.empty()) return warn(fmt::format("{} is skipped: {}", device.info.id, device.error));
       if (last_device != device.info.id) print(device_text(device));

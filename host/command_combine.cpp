@@ -8,9 +8,9 @@
 #include "core/expression.hpp"
 #include "core/parallel.hpp"
 #include "host/command_results.hpp"
-#include "host/command_threads.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
+#include "host/threads.hpp"
 
 namespace boxunion::command {
 namespace {
@@ -93,7 +93,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   const Options options = engine_options(common, bar);
   Report report;
   std::vector<Result> results{string_result("expression", text)};
-  with_threads(common, [&] {
+  with_threads(common.engine.threads, common.interrupted, [&] {
     std::vector<BoxSet> sets;
     sets.reserve(files.size());
     for (const NamedFile& file : files)

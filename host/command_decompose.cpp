@@ -9,9 +9,9 @@
 #include "core/evm.hpp"
 #include "host/command.hpp"
 #include "host/command_results.hpp"
-#include "host/command_threads.hpp"
 #include "host/files.hpp"
 #include "host/stopwatch.hpp"
+#include "host/threads.hpp"
 
 namespace boxunion::command {
 namespace {
@@ -48,7 +48,7 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   Report report;
   const Model model = decompose_options.model;
   std::vector<Result> results = {string_result("model", name(model))};
-  with_threads(common, [&] {
+  with_threads(common.engine.threads, common.interrupted, [&] {
     const Solid solid =
         unite(read_boxes(input, common.interrupted, common.volume), engine_options(common, bar), &report);
     Stages stages(report, common.interrupted);

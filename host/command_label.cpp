@@ -10,9 +10,9 @@
 #include "core/voxel_labels.hpp"
 #include "host/command.hpp"
 #include "host/command_results.hpp"
-#include "host/command_threads.hpp"
 #include "host/files.hpp"
 #include "host/stopwatch.hpp"
+#include "host/threads.hpp"
 
 namespace boxunion::command {
 namespace {
@@ -79,7 +79,7 @@ void label(const std::string& input, const std::string& output, const LabelOptio
   const bool volume = is_volume(input);
   LabelFiles files(output, volume ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, label_options,
                    common);
-  std::vector<Result> results = with_threads(common, [&] {
+  std::vector<Result> results = with_threads(common.engine.threads, common.interrupted, [&] {
     return volume ? label_voxels_of(input, std::move(files), label_options.connectivity, common)
                   : label_boxes_of(input, std::move(files), label_options.connectivity, common, bar);
   });

@@ -1,23 +1,15 @@
 #include "host/engine.hpp"
 
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
 
 #include "core/error.hpp"
 #include "host/cells_method.hpp"
 #include "host/slices_method.hpp"
 #include "host/stopwatch.hpp"
+#include "host/threads.hpp"
 
 namespace boxunion {
 namespace {
-
-/// Runs f within the threads that the options allow.
-template <class F>
-void with_threads(const Options& options, F&& f) {
-  if (options.threads <= 0) return f();
-  tbb::task_arena arena(options.threads);
-  arena.execute(f);
-}
 
 /// The ordinals of the boxes; the method cells reads those of three lattices by itself.
 Ordinals find_ordinals(std::span<const BoxSet> sets, const Options& options) {
@@ -59,7 +51,7 @@ void run(const Job& job, Report* report, F&& f) {
   Report own;
   Report& r = report ? *report : own;
   r = {};
-  with_threads(job.options, [&] {
+  with_threads(job.options.threads, job.options.interrupted, [&] {
     Stopwatch watch(r);
     check(job);
     Ordinals ordinals = find_ordinals(job.sets, job.options);

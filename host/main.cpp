@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <map>
 #include <new>
@@ -77,11 +78,23 @@ constexpr const char* kBoundaryOutput =
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
 
-/// The first Ctrl-C asks the work to stop and clean up; the second one, no longer caught, kills.
+/// The first Ctrl-C asks the work to stop and clean up; one that comes more than a second later kills.
+/// (timeout(1) sends its signal twice at once.)
 void stop_on_interrupt() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { interrupted = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_handler = [](int signal) {
+    static std::time_t first = 0;  // in this handler only, and only one signal is handled at a time
+    const std::time_t now = std::time(nullptr);
+    if (interrupted && now > first + 1) {
+      ::signal(signal, SIG_DFL);
+      ::raise(signal);
+    }
+    if (!interrupted) first = now;
+    interrupted = true;
+  };
+  sigemptyset(&action.sa_mask);
+  sigaddset(&action.sa_mask, SIGINT);
+  sigaddset(&action.sa_mask, SIGTERM);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
