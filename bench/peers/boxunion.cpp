@@ -43,12 +43,13 @@ std::array<double, 3> vector_area(std::span<const Point> points, std::span<const
 
 /// Volume and area by the surface itself, so that they check it.
 struct Surface {
-  double volume = 0, area = 0;
+  double three_volumes = 0, area = 0;
   /// A polygon seen counter-clockwise from outside, or (area < 0) a hole in one.
   void add(const Point& corner, const std::array<double, 3>& vector, double area_of_it) {
-    volume += (corner[0] * vector[0] + corner[1] * vector[1] + corner[2] * vector[2]) / 3;
+    three_volumes += corner[0] * vector[0] + corner[1] * vector[1] + corner[2] * vector[2];
     area += area_of_it;
   }
+  double volume() const { return three_volumes / 3; }
 };
 
 json describe(const MassProperties& mass) {
@@ -65,7 +66,7 @@ json describe(const Brep& brep) {
       surface.add(brep.points[brep.faces.loop(l)[0]], vector, outward * vector[axis]);
     }
   }
-  return {{"volume", surface.volume},    {"area", surface.area},       {"vertices", brep.points.size()},
+  return {{"volume", surface.volume()},  {"area", surface.area},       {"vertices", brep.points.size()},
           {"edges", brep.edges.size()},  {"faces", brep.faces.size()}, {"holes", brep.faces.holes()},
           {"shells", brep.shells.size()}};
 }
@@ -76,7 +77,7 @@ json describe(const Mesh& mesh) {
     const auto vector = vector_area(mesh.points, t);
     surface.add(mesh.points[t[0]], vector, std::hypot(vector[0], vector[1], vector[2]));
   }
-  return {{"volume", surface.volume},
+  return {{"volume", surface.volume()},
           {"area", surface.area},
           {"points", mesh.points.size()},
           {"triangles", mesh.triangles.size()}};

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """cc3d_labels.py CONNECTIVITY FILE.npy: connected components of a volume of uint8 by cc3d."""
+
 import importlib.metadata
 import sys
 

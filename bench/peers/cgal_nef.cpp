@@ -6,10 +6,7 @@
 #include <CGAL/Nef_3/SNC_indexed_items.h>
 #include <CGAL/Nef_nary_union_3.h>
 #include <CGAL/Nef_polyhedron_3.h>
-#include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polyhedron_3.h>
-#include <CGAL/Surface_mesh.h>
-#include <CGAL/boost/graph/convert_nef_polyhedron_to_polygon_mesh.h>
 #include <CGAL/boost/graph/generators.h>
 #include <CGAL/version.h>
 
@@ -35,16 +32,46 @@ Nef unite(const boxunion::BoxSet& boxes) {
   return unions.get_union();
 }
 
+using Vector = Kernel::Vector_3;
+
+/// The area within a facet as a vector that points outwards, and volume under it, as a pyramid to the origin.
+struct Pyramid {
+  Vector area{CGAL::NULL_VECTOR};
+  Kernel::FT six_volumes = 0;
+};
+
+Pyramid pyramid_of(Nef::Halffacet_const_handle facet) {
+  Pyramid sum;
+  const Vector origin_to_plane = facet->plane().point() - CGAL::ORIGIN;
+  for (auto cycle = facet->facet_cycles_begin(); cycle != facet->facet_cycles_end(); ++cycle) {
+    if (!cycle.is_shalfedge()) continue;
+    const Nef::SHalfedge_around_facet_const_circulator first(Nef::SHalfedge_const_handle{cycle});
+    auto corner = first;
+    do {
+      const Point& p = corner->source()->source()->point();
+      const Point& q = corner->next()->source()->source()->point();
+      sum.area = sum.area + CGAL::cross_product(p - CGAL::ORIGIN, q - CGAL::ORIGIN) / 2;
+    } while (++corner != first);
+  }
+  sum.six_volumes = 2 * (origin_to_plane * sum.area);
+  return sum;
+}
+
+/// From the facets themselves: converted to a mesh, a polyhedron loses its volume at non-manifold edges.
 nlohmann::json describe(const Nef& nef) {
-  CGAL::Surface_mesh<Point> mesh;
-  CGAL::convert_nef_polyhedron_to_polygon_mesh(nef, mesh, true);
-  namespace measures = CGAL::Polygon_mesh_processing;
-  return {{"volume", CGAL::to_double(measures::volume(mesh))},
-          {"area", CGAL::to_double(measures::area(mesh))},
+  Kernel::FT six_volumes = 0, area = 0;
+  for (auto facet = nef.halffacets_begin(); facet != nef.halffacets_end(); ++facet) {
+    if (facet->incident_volume()->mark()) continue;  // the other half of it looks outwards
+    const Pyramid pyramid = pyramid_of(facet);
+    six_volumes += pyramid.six_volumes;
+    area += CGAL::abs(pyramid.area.x()) + CGAL::abs(pyramid.area.y()) + CGAL::abs(pyramid.area.z());
+  }
+  return {{"volume", CGAL::to_double(CGAL::abs(six_volumes)) / 6},
+          {"area", CGAL::to_double(area)},
           {"vertices", nef.number_of_vertices()},
           {"edges", nef.number_of_edges()},
           {"faces", nef.number_of_facets()},
-          {"volumes", nef.number_of_volumes()}};  // the outside is one
+          {"shells", nef.number_of_volumes() - 1}};  // each shell bounds one volume more than the outside
 }
 
 }  // namespace

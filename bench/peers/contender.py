@@ -1,4 +1,5 @@
 """One side of a comparison in Python; see contender.hpp for what it says and hears."""
+
 import json
 import sys
 import time

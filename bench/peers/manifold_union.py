@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """manifold_union.py FILE: the union of boxes by Manifold, in one batch. Making the boxes is not timed."""
+
 import importlib.metadata
 import sys
 

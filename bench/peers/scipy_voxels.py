@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """scipy_voxels.py FILE.npy: volume, area, extreme vertices and components of a volume's voxels by NumPy and SciPy."""
+
 import sys
 
 import numpy

@@ -1,4 +1,5 @@
 """The sides of a comparison as processes that compute whenever they are asked to; contender.hpp says what they say and hear."""
+
 import json
 import os
 import selectors

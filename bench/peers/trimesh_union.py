@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """trimesh_union.py FILE: the union of boxes by trimesh, which has Manifold do it. Making the boxes is not timed."""
+
 import sys
 
 import trimesh

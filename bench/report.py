@@ -1,4 +1,5 @@
 """What the scripts of bench share: the machine, results as JSON, Markdown tables, and their virtual environment."""
+
 import datetime
 import json
 import os
@@ -24,19 +25,24 @@ def output_of(*command):
         return ""
 
 
+LOAD_BEFORE = os.getloadavg()[0]
+
+
 def context(command):
-    """Where, when and from what sources results come."""
+    """Where, when and from what sources results come. `load` is the machine's before the command began."""
 
     def find(pattern, path):
         found = re.search(pattern, pathlib.Path(path).read_text()) if os.path.exists(path) else None
         return found[1].strip() if found else ""
 
+    changes = output_of("git", "status", "--porcelain", "--untracked-files=no", "--", ".", ":!bench/results", ":!docs")
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d"),
         "command": shlex.join([os.path.relpath(command[0], SOURCE), *command[1:]]),
-        "commit": output_of("git", "describe", "--always", "--dirty"),
+        "commit": output_of("git", "rev-parse", "--short", "HEAD") + ("-dirty" if changes else ""),
         "cpu": find(r"model name\s*:(.*)", "/proc/cpuinfo"),
         "cores": os.cpu_count(),
+        "load": round(LOAD_BEFORE, 1),
         "memory_gib": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30),
         "system": find(r'PRETTY_NAME="(.*)"', "/etc/os-release"),
         "kernel": platform.release(),
