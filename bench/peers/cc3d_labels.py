@@ -11,12 +11,18 @@ from contender import contend
 
 def checksum(labels):
     """The sum of label * (2 * index + 1) modulo 2^64, of labels renumbered in the order of their first voxels."""
-    values, first, inverse = numpy.unique(labels.ravel(), return_index=True, return_inverse=True)
-    order = numpy.argsort(numpy.where(values == 0, -1, first))
-    number = numpy.empty(len(values), numpy.uint64)
-    number[order] = numpy.arange(len(values)) + (values[order[0]] != 0)
-    weights = 2 * numpy.arange(labels.size, dtype=numpy.uint64) + numpy.uint64(1)
-    return int((number[inverse.ravel()] * weights).sum(dtype=numpy.uint64))
+    flat = labels.ravel()
+    count = int(flat.max())
+    first = numpy.zeros(count + 1, numpy.int64)
+    first[flat[::-1]] = numpy.arange(flat.size)[::-1]  # of equal labels the last one to be written stays
+    number = numpy.zeros(count + 1, numpy.uint64)
+    number[1:][numpy.argsort(first[1:])] = numpy.arange(1, count + 1)
+    total = 0
+    for start in range(0, flat.size, 1 << 24):
+        part = number[flat[start : start + (1 << 24)]]
+        weights = 2 * numpy.arange(start, start + part.size, dtype=numpy.uint64) + numpy.uint64(1)
+        total += int((part * weights).sum(dtype=numpy.uint64))
+    return total % 2**64
 
 
 def main(connectivity, path):
