@@ -45,9 +45,12 @@ class Side:
             raise Failed(said["error"])
         return said["seconds"], said["answer"]
 
+    def stop(self):
+        self.process.kill()
+        self.process.communicate()
+
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self.process.kill()
-        self.process.communicate()
+        self.stop()
