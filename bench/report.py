@@ -35,10 +35,13 @@ def context(command):
         found = re.search(pattern, pathlib.Path(path).read_text()) if os.path.exists(path) else None
         return found[1].strip() if found else ""
 
+    def without_folder(word):
+        return os.path.basename(word) if os.path.isabs(word) else word
+
     changes = output_of("git", "status", "--porcelain", "--untracked-files=no", "--", ".", ":!bench/results", ":!docs")
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d"),
-        "command": shlex.join([os.path.relpath(command[0], SOURCE), *command[1:]]),
+        "command": shlex.join([os.path.relpath(command[0], SOURCE), *map(without_folder, command[1:])]),
         "commit": output_of("git", "rev-parse", "--short", "HEAD") + ("-dirty" if changes else ""),
         "cpu": find(r"model name\s*:(.*)", "/proc/cpuinfo"),
         "cores": os.cpu_count(),
