@@ -1,20 +1,20 @@
 // Times the way from boxes in memory to a B-rep and to a watertight triangle mesh, natively, over the peers'
 // input: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
-// Prints medians in milliseconds.
+// Prints a Markdown table; times are medians, in seconds.
 //
-//   bench_boundary [RUNS [COUNT...]]    default: 5 runs of 1000, 10000 and 100000 cubes
+//   bench_boundary [RUNS [COUNT...]] [--json FILE]    default: 5 runs of 1000, 10000 and 100000 cubes
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/brep.hpp"
+#include "core/generate.hpp"
 #include "core/triangulation.hpp"
 #include "host/engine.hpp"
 
@@ -25,17 +25,10 @@ using namespace boxunion;
 constexpr int kUniverse = 32768;
 const Options kOptions{.device = "native"};
 
-/// Cubes of which the volumes add up to `volumes` universes.
+/// Cubes of which the volumes add up to `volumes` universes, with low corners uniform on [0, kUniverse).
 BoxSet cubes(std::size_t count, double volumes) {
-  const int edge = int(std::lround(kUniverse * std::cbrt(volumes / double(count))));
-  std::mt19937_64 random(12345);
-  std::vector<IntegerBox> boxes(count);
-  for (IntegerBox& box : boxes)
-    for (unsigned a = 0; a < 3; ++a) {
-      box[a] = int(random() & (kUniverse - 1));
-      box[a + 3] = box[a] + edge;
-    }
-  return boxes;
+  const auto edge = std::lround(kUniverse * std::cbrt(volumes / double(count)));
+  return collect(generate_cubes(count, edge, kUniverse - 1 + edge, 12345));
 }
 
 /// Is every edge of the triangles matched by its opposite, and their volume that of the boxes?
@@ -56,21 +49,18 @@ bool is_right(const Mesh& mesh, const MassProperties& mass) {
   return sides == opposite && std::abs(double(six_volumes) / 6 - mass.volume) <= 1e-12 * mass.volume;
 }
 
-template <class F>
-double median_milliseconds(int runs, F&& run) {
-  return 1000 * median_seconds(runs, run);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int runs = argc > 1 ? std::atoi(argv[1]) : 5;
+  Tables tables(argc, argv);
+  const auto& arguments = tables.arguments();
+  const int runs = arguments.empty() ? 5 : std::stoi(arguments[0]);
   std::vector<std::size_t> counts;
-  for (int i = 2; i < argc; ++i) counts.push_back(std::strtoul(argv[i], nullptr, 10));
+  for (std::size_t i = 1; i < arguments.size(); ++i) counts.push_back(std::stoul(arguments[i]));
   if (counts.empty()) counts = {1000, 10'000, 100'000};
 
-  fmt::print("{:>8} {:>8} {:>9} {:>8} {:>10} | {:>8} {:>8} {:>10} {:>10} ms\n", "cubes", "volumes",
-             "vertices", "faces", "triangles", "union", "B-rep", "mesh", "split mesh");
+  tables.begin("boundary",
+               {"cubes", "volumes", "vertices", "faces", "triangles", "union", "brep", "mesh", "split_mesh"});
   for (const std::size_t count : counts)
     for (const double volumes : {0.015, 0.5, 3.0}) {
       const BoxSet boxes = cubes(count, volumes);
@@ -82,16 +72,16 @@ int main(int argc, char** argv) {
         fmt::print("{} cubes of volume {}: wrong mesh\n", count, volumes);
         return 1;
       }
-      const double union_time = median_milliseconds(runs, [&] { unite(boxes, kOptions); });
+      const double union_time = median_seconds(runs, [&] { unite(boxes, kOptions); });
       const double brep_time =
-          median_milliseconds(runs, [&] { make_brep(unite(boxes, kOptions), NonManifold::keep); });
+          median_seconds(runs, [&] { make_brep(unite(boxes, kOptions), NonManifold::keep); });
       const double mesh_time =
-          median_milliseconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::keep); });
+          median_seconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::keep); });
       const double split_time =
-          median_milliseconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::split); });
-      fmt::print("{:8} {:8} {:9} {:8} {:10} | {:8.2f} {:8.2f} {:10.2f} {:10.2f}\n", count, volumes,
-                 solid.vertices.size(), brep.faces.size(), mesh.triangles.size(), union_time, brep_time,
-                 mesh_time, split_time);
+          median_seconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::split); });
+      tables.add(count, volumes, solid.vertices.size(), brep.faces.size(), mesh.triangles.size(), union_time,
+                 brep_time, mesh_time, split_time);
     }
+  tables.write();
   return 0;
 }

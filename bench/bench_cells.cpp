@@ -1,9 +1,9 @@
 // The ratios by which the method cells is judged, each against a rival or against itself in the same run:
 //
-//   bench_cells [RUNS=5] [SECTION...]     sections: sort scaling density threads devices kernels (default:
-//   all)
+//   bench_cells [RUNS=5] [SECTION...] [--json FILE]
 //
-// Every result is checked before it is timed. Prints Markdown tables; times are medians, in seconds.
+// Sections: sort scaling density threads devices kernels; all by default. Every result is checked before it
+// is timed. Prints Markdown tables; times are medians, in seconds.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -16,6 +16,7 @@
 #include <set>
 #include <string>
 
+#include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/generate.hpp"
 #include "host/engine.hpp"
@@ -82,9 +83,8 @@ std::vector<std::string> devices() {
   return ids;
 }
 
-void against_sort() {
-  fmt::print(
-      "\n| cubes | edge | tbb::parallel_sort | device | measure | ratio |\n|---|---|---|---|---|---|\n");
+void against_sort(Tables& tables) {
+  tables.begin("sort", {"cubes", "edge", "sort", "device", "measure", "ratio"});
   for (const auto& [count, edge] : {std::pair{5'000'000, 48}, {20'000'000, 30}}) {
     const BoxSet boxes = cubes(count, edge);
     const MassProperties expected = measure(boxes, {.device = "native"});
@@ -112,29 +112,26 @@ void against_sort() {
         ours.push_back(time);
         ratios.push_back(time / sort);
       }
-      fmt::print("| {} | {} | {:.3f} | {} | {:.3f} | {:.3f} |\n", count, edge, median(sorts), device,
-                 median(ours), median(ratios));
-      std::fflush(stdout);
+      tables.add(count, edge, median(sorts), device, median(ours), median(ratios));
     }
   }
 }
 
-void scaling() {
-  fmt::print("\n| cubes, sum of volumes 0.0157 | measure | ns a box |\n|---|---|---|\n");
+void scaling(Tables& tables) {
+  tables.begin("scaling", {"cubes", "volumes", "measure", "ns_a_box"});
   for (const std::uint64_t count : {10'000, 100'000, 1'000'000, 5'000'000, 20'000'000}) {
-    const std::int64_t edge = edge_of(count, 0.0157);
+    constexpr double kSum = 0.0157;
+    const std::int64_t edge = edge_of(count, kSum);
     const BoxSet boxes = cubes(count, edge);
     const MassProperties expected = measure(boxes, {.device = "native"});
     check_volume(expected, count, edge);
     const Times t = time_measure(boxes, {.device = "native"}, expected);
-    fmt::print("| {} | {:.4f} | {:.0f} |\n", count, t.wall, 1e9 * t.wall / double(count));
-    std::fflush(stdout);
+    tables.add(count, kSum, t.wall, 1e9 * t.wall / double(count));
   }
 }
 
-void density() {
-  fmt::print(
-      "\n| cubes | sum of volumes | measure | against the sparsest | vertices |\n|---|---|---|---|---|\n");
+void density(Tables& tables) {
+  tables.begin("density", {"cubes", "volumes", "measure", "against_sparsest", "vertices"});
   for (const std::uint64_t count : {100'000, 1'000'000}) {
     double sparsest = 0;
     for (const double sum : {0.015, 0.5, 3.0}) {
@@ -143,27 +140,24 @@ void density() {
       check_volume(expected, count, edge_of(count, sum));
       const Times t = time_measure(boxes, {.device = "native"}, expected);
       if (sparsest == 0) sparsest = t.wall;
-      fmt::print("| {} | {} | {:.4f} | {:.1f} | {} |\n", count, sum, t.wall, t.wall / sparsest,
-                 expected.vertices);
-      std::fflush(stdout);
+      tables.add(count, sum, t.wall, t.wall / sparsest, expected.vertices);
     }
   }
 }
 
-void threads() {
+void threads(Tables& tables) {
   const BoxSet boxes = cubes(5'000'000, 48);
   const MassProperties expected = measure(boxes, {.device = "native"});
   const Times one = time_measure(boxes, {.device = "native", .threads = 1}, expected);
   const Times two = time_measure(boxes, {.device = "native", .threads = 2}, expected);
-  fmt::print(
-      "\n| threads | measure, 5 M cubes | speed-up |\n|---|---|---|\n| 1 | {:.3f} | 1 |\n| 2 | {:.3f} | "
-      "{:.2f} |\n",
-      one.wall, two.wall, one.wall / two.wall);
+  tables.begin("threads", {"cubes", "threads", "measure", "speed_up"});
+  tables.add(boxes.size(), 1, one.wall, 1.0);
+  tables.add(boxes.size(), 2, two.wall, one.wall / two.wall);
 }
 
 /// CPU time of the whole run, the same cells on every device.
-void by_device() {
-  fmt::print("\n| cubes | sum of volumes | device | CPU s | against native |\n|---|---|---|---|---|\n");
+void by_device(Tables& tables) {
+  tables.begin("devices", {"cubes", "volumes", "device", "cpu", "against_native"});
   for (const double sum : {0.015, 0.5}) {
     const std::uint64_t count = 500'000;
     const BoxSet boxes = cubes(count, edge_of(count, sum));
@@ -172,14 +166,13 @@ void by_device() {
     for (const std::string& device : devices()) {
       const Times t = time_measure(boxes, {.device = device}, expected);
       if (native == 0) native = t.cpu;
-      fmt::print("| {} | {} | {} | {:.3f} | {:.2f} |\n", count, sum, device, t.cpu, t.cpu / native);
-      std::fflush(stdout);
+      tables.add(count, sum, device, t.cpu, t.cpu / native);
     }
   }
 }
 
-void kernels() {
-  fmt::print("\n| boxes a cell | occupancy | faces | faces / occupancy |\n|---|---|---|---|\n");
+void kernels(Tables& tables) {
+  tables.begin("kernels", {"boxes_a_cell", "occupancy", "faces", "ratio"});
   for (const std::int64_t edge : {300, 600, 1000, 1500}) {
     const BoxSet boxes = cubes(50'000, edge);
     Report report;
@@ -197,9 +190,7 @@ void kernels() {
       return median(times);
     };
     const double occupancy = unite_with(CellKernel::occupancy), faces = unite_with(CellKernel::faces);
-    fmt::print("| {:.1f} | {:.3f} | {:.3f} | {:.1f} |\n",
-               double(report.cells.items) / double(report.cells.cells), occupancy, faces, faces / occupancy);
-    std::fflush(stdout);
+    tables.add(double(report.cells.items) / double(report.cells.cells), occupancy, faces, faces / occupancy);
   }
 }
 
@@ -208,16 +199,18 @@ void kernels() {
 
 int main(int argc, char** argv) {
   using namespace boxunion;
-  const std::pair<std::string, std::function<void()>> sections[] = {
+  const std::pair<std::string, std::function<void(Tables&)>> sections[] = {
       {"sort", against_sort}, {"scaling", scaling},   {"density", density},
       {"threads", threads},   {"devices", by_device}, {"kernels", kernels}};
+  Tables tables(argc, argv);
   std::set<std::string> wanted;
-  for (int i = 1; i < argc; ++i) {
-    if (const int n = std::atoi(argv[i]); n > 0)
+  for (const std::string& argument : tables.arguments()) {
+    if (const int n = std::atoi(argument.c_str()); n > 0)
       runs = n;
     else
-      wanted.insert(argv[i]);
+      wanted.insert(argument);
   }
   for (const auto& [name, run] : sections)
-    if (wanted.empty() || wanted.contains(name)) run();
+    if (wanted.empty() || wanted.contains(name)) run(tables);
+  tables.write();
 }

@@ -3,7 +3,7 @@
 // boxes include the neighbour lists, as theirs do. Every result is checked before it is timed. Prints
 // Markdown; times are medians.
 //
-//   bench_decomposition [RUNS]    default: 5
+//   bench_decomposition [RUNS] [--json FILE]    default: 5
 
 #include <fmt/format.h>
 
@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/adjacency.hpp"
 #include "core/components.hpp"
@@ -82,7 +83,8 @@ class TwoPassLabels {
   std::exit(1);
 }
 
-void run(const std::string& name, const Volume& volume, const Published& published, int runs) {
+void run(const std::string& name, const Volume& volume, const Published& published, int runs,
+         Tables& tables) {
   const Solid solid = unite(voxel_boxes(stream_of(volume)), {.device = "native"});
   const Evm evm = make_evm(solid, {0, 1, 2});
   struct Model {
@@ -113,31 +115,31 @@ void run(const std::string& name, const Volume& volume, const Published& publish
   const Model oudb = measure(BoxModel::oudb), cudb = measure(BoxModel::cudb);
   if (oudb.components != cudb.components) fail(name + ": components");
 
-  fmt::print("\n**{}**, {} x {} x {}: {} extreme vertices, {} components\n\n", name, volume.grid.size[0],
-             volume.grid.size[1], volume.grid.size[2], evm.vertices.size(), oudb.components);
-  fmt::print("| | ours | theirs | theirs / ours, by box |\n|---|---|---|---|\n");
-  const auto count_row = [](const char* what, std::size_t ours, std::size_t theirs) {
-    fmt::print("| {} | {} | {} | |\n", what, ours, theirs);
-  };
-  count_row("EVM, bytes", evm.vertices.size() * sizeof(evm.vertices[0]), published.evm_bytes);
-  count_row("OUDB, boxes", oudb.boxes.boxes.size(), published.oudb_boxes);
-  count_row("OUDB, bytes", oudb.bytes(), published.oudb_bytes);
-  count_row("CUDB, boxes", cudb.boxes.boxes.size(), published.cudb_boxes);
-  count_row("CUDB, bytes", cudb.bytes(), published.cudb_bytes);
+  tables.begin("volumes", {"name", "x", "y", "z", "extreme_vertices", "components"});
+  tables.add(name, volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], evm.vertices.size(),
+             oudb.components);
+  tables.begin("sizes", {"volume", "what", "ours", "theirs"});
+  tables.add(name, "EVM, bytes", evm.vertices.size() * sizeof(evm.vertices[0]), published.evm_bytes);
+  tables.add(name, "OUDB, boxes", oudb.boxes.boxes.size(), published.oudb_boxes);
+  tables.add(name, "OUDB, bytes", oudb.bytes(), published.oudb_bytes);
+  tables.add(name, "CUDB, boxes", cudb.boxes.boxes.size(), published.cudb_boxes);
+  tables.add(name, "CUDB, bytes", cudb.bytes(), published.cudb_bytes);
   const double oudb_scale = double(oudb.boxes.boxes.size()) / double(published.oudb_boxes);
   const double cudb_scale = double(cudb.boxes.boxes.size()) / double(published.cudb_boxes);
-  const auto time_row = [](const char* what, double ours, double theirs, double scale) {
-    fmt::print("| {}, s | {:.4f} | {} | {:.0f} |\n", what, ours, theirs, theirs * scale / ours);
+  tables.begin("seconds", {"volume", "what", "ours", "theirs", "ratio_by_box"});
+  const auto add_times = [&](const char* what, double ours, double theirs, double scale) {
+    tables.add(name, what, ours, theirs, theirs * scale / ours);
   };
-  time_row("EVM to OUDB", oudb.from_evm, published.evm_to_oudb, oudb_scale);
-  time_row("EVM to CUDB", cudb.from_evm, published.evm_to_cudb,
-           oudb_scale);  // works through the OUDB's boxes
-  time_row("OUDB to EVM", oudb.to_evm, published.oudb_to_evm, oudb_scale);
-  time_row("CUDB to EVM", cudb.to_evm, published.cudb_to_evm, cudb_scale);
-  time_row("labels on OUDB", oudb.label, published.label_oudb, oudb_scale);
-  time_row("labels on CUDB", cudb.label, published.label_cudb, cudb_scale);
-  fmt::print("| labels on CUDB by their two passes, here, s | {:.4f} | | {:.1f} |\n",
-             cudb.label_in_two_passes, cudb.label_in_two_passes / cudb.label);
+  add_times("EVM to OUDB", oudb.from_evm, published.evm_to_oudb, oudb_scale);
+  add_times("EVM to CUDB", cudb.from_evm, published.evm_to_cudb,
+            oudb_scale);  // works through the OUDB's boxes
+  add_times("OUDB to EVM", oudb.to_evm, published.oudb_to_evm, oudb_scale);
+  add_times("CUDB to EVM", cudb.to_evm, published.cudb_to_evm, cudb_scale);
+  add_times("labels on OUDB", oudb.label, published.label_oudb, oudb_scale);
+  add_times("labels on CUDB", cudb.label, published.label_cudb, cudb_scale);
+  tables.begin("two_passes", {"volume", "what", "ours", "two_passes", "ratio"});
+  tables.add(name, "labels on CUDB", cudb.label, cudb.label_in_two_passes,
+             cudb.label_in_two_passes / cudb.label);
 }
 
 }  // namespace
@@ -145,12 +147,15 @@ void run(const std::string& name, const Volume& volume, const Published& publish
 
 int main(int argc, char** argv) {
   using namespace boxunion;
-  const int runs = argc > 1 ? std::atoi(argv[1]) : 5;
+  Tables tables(argc, argv);
+  const int runs = tables.arguments().empty() ? 5 : std::stoi(tables.arguments()[0]);
   run("Phantom", generate_phantom({500, 500, 500}),
-      {57'111, 787'349, 23'156, 24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001}, runs);
+      {57'111, 787'349, 23'156, 24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001}, runs, tables);
   run("Aneurysm", generate_porous({213, 215, 240}, {.pores = 0.995, .feature = 7}, 1),
-      {666'501, 404'117, 275'347, 12'825, 10'705, 0.351, 0.429, 0.189, 0.139, 0.050, 0.012}, runs);
+      {666'501, 404'117, 275'347, 12'825, 10'705, 0.351, 0.429, 0.189, 0.139, 0.050, 0.012}, runs, tables);
   run("Stone", generate_porous({159, 271, 179}, {.pores = 0.885, .feature = 5}, 1),
-      {6'739'767, 4'767'472, 2'837'183, 161'751, 124'717, 4.280, 13.233, 2.163, 1.953, 2.004, 0.162}, runs);
+      {6'739'767, 4'767'472, 2'837'183, 161'751, 124'717, 4.280, 13.233, 2.163, 1.953, 2.004, 0.162}, runs,
+      tables);
+  tables.write();
   return 0;
 }

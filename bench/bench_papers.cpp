@@ -1,0 +1,118 @@
+// The experiment of López Monterde et al., figures 6 and 7: seconds to the B-rep of random sets of boxes, by
+// their number and density. Prints a Markdown table; times are medians over the sets.
+//
+//   bench_papers [SETS=20] [COUNT...] [--json FILE]    default: 10 to 2000 boxes
+//   bench_papers boxes COUNT LENGTH SEED FILE          writes one set, for others to compute
+//
+// Density is theirs: (n r / 2 - n^2) / (n^3 - n^2) for n boxes and r rectangles in all slices together. Where
+// a slice is taken after each of the 2 n faces normal to z, that is the mean number of rectangles a slice,
+// from 1 (0) to n (1). Random boxes have random ends on each axis, which gives about 1/3; sparser ones have a
+// fixed length along z.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bench/table.hpp"
+#include "bench/timing.hpp"
+#include "core/brep.hpp"
+#include "host/engine.hpp"
+#include "host/files.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr int kUniverse = 1 << 20;
+constexpr double kRandomEnds = 1;                              // stands for a length along z
+constexpr double kLengths[] = {0.01, 0.05, 0.2, kRandomEnds};  // in universes
+
+/// Boxes with random ends on x and y, and on z ends `length` universes apart.
+std::vector<IntegerBox> random_boxes(std::size_t count, double length, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto below = [&](int end) { return int(random() % std::uint64_t(end)); };
+  std::vector<IntegerBox> boxes(count);
+  for (IntegerBox& box : boxes)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      int low = below(kUniverse), high = below(kUniverse);
+      if (axis == 2 && length < kRandomEnds) {
+        const int edge = int(length * kUniverse);
+        low = below(kUniverse - edge);
+        high = low + edge;
+      }
+      box[axis] = std::min(low, high);
+      box[axis + 3] = std::max(low, high) + (low == high ? 1 : 0);
+    }
+  return boxes;
+}
+
+/// The paper's density, with a slice after each face normal to z.
+double density(const std::vector<IntegerBox>& boxes) {
+  std::vector<std::pair<int, int>> faces;  // z, and how many rectangles come
+  for (const IntegerBox& box : boxes) {
+    faces.emplace_back(box[2], 1);
+    faces.emplace_back(box[5], -1);
+  }
+  std::sort(faces.begin(), faces.end());
+  double rectangles = 0;
+  int now = 0;
+  for (const auto& [z, change] : faces) rectangles += now += change;
+  const auto n = double(boxes.size());
+  return (n * rectangles / 2 - n * n) / (n * n * n - n * n);
+}
+
+constexpr std::size_t kMostSliced = 500;  // their method takes seconds beyond
+
+/// Seconds of the way to the B-rep by a method; `vertices` checks it.
+double seconds_by(Method method, const BoxSet& boxes, std::size_t& vertices) {
+  return median_seconds(method == Method::cells ? 3 : 1, [&] {
+    const Solid solid = unite(boxes, {.method = method, .device = "native"});
+    vertices = make_brep(solid, NonManifold::keep).points.size();
+  });
+}
+
+void run(std::size_t sets, const std::vector<std::size_t>& counts, Tables& tables) {
+  tables.begin("boxes", {"length", "boxes", "sets", "density", "vertices", "cells", "slices"});
+  for (const double length : kLengths)
+    for (const std::size_t count : counts) {
+      std::vector<double> densities, vertices, cells, slices;
+      for (std::size_t set = 0; set < sets; ++set) {
+        const std::vector<IntegerBox> boxes = random_boxes(count, length, set);
+        std::size_t of_cells = 0, of_slices = 0;
+        cells.push_back(seconds_by(Method::cells, boxes, of_cells));
+        if (count <= kMostSliced) {
+          slices.push_back(seconds_by(Method::slices, boxes, of_slices));
+          if (of_cells != of_slices) throw Error(ErrorKind::device, "the methods disagree");
+        }
+        densities.push_back(density(boxes));
+        vertices.push_back(double(of_cells));
+      }
+      tables.add(length, count, sets, median(densities), median(vertices), median(cells),
+                 slices.empty() ? std::nan("") : median(slices));
+    }
+}
+
+}  // namespace
+}  // namespace boxunion
+
+int main(int argc, char** argv) try {
+  using namespace boxunion;
+  Tables tables(argc, argv);
+  const std::vector<std::string>& words = tables.arguments();
+  if (!words.empty() && words[0] == "boxes") {
+    write_boxes(random_boxes(std::stoul(words.at(1)), std::stod(words.at(2)), std::stoul(words.at(3))),
+                open_output(words.at(4)));
+    return 0;
+  }
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 1; i < words.size(); ++i) counts.push_back(std::stoul(words[i]));
+  if (counts.empty()) counts = {10, 20, 50, 100, 200, 500, 1000, 2000};
+  run(words.empty() ? 20 : std::stoul(words[0]), counts, tables);
+  tables.write();
+  return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "{}\n", e.what());
+  return 1;
+}

@@ -1,0 +1,32 @@
+"""One side of a comparison in Python; see contender.hpp for what it says and hears."""
+
+import json
+import sys
+import time
+
+import numpy
+
+
+def read_boxes(path):
+    """Boxes of a .npy or .csv file as float64, without degenerate ones."""
+    boxes = numpy.load(path) if path.endswith(".npy") else numpy.loadtxt(path, delimiter=",", skiprows=1)
+    boxes = boxes.astype(float)
+    return boxes[(boxes[:, 3:] > boxes[:, :3]).all(axis=1)]
+
+
+def contend(version, compute, describe):
+    """Answers every line of standard input: compute() is timed, describe(result) is not."""
+
+    def say(line):
+        print(json.dumps(line), flush=True)
+
+    say({"version": version})
+    for _ in sys.stdin:
+        try:
+            start = time.perf_counter()
+            result = compute()
+            seconds = time.perf_counter() - start
+            say({"seconds": seconds, "answer": describe(result)})
+            del result
+        except Exception as error:  # whatever a rival throws is its answer
+            say({"error": f"{type(error).__name__}: {error}"})
