@@ -11,6 +11,7 @@
 #include "core/parallel.hpp"
 #include "core/tiles.hpp"
 #include "host/cell_stage.hpp"
+#include "host/resilient.hpp"
 #include "host/stopwatch.hpp"
 
 namespace boxunion {
@@ -87,8 +88,7 @@ class CellRunner {
         CellStage stages[2] = {{*device, options_, sink_}, {*device, options_, sink_}};
         run_on_device(stages, tile);
       } catch (const Error& error) {
-        if (error.kind() != ErrorKind::device && error.kind() != ErrorKind::resources) throw;
-        if (options_.warn) options_.warn(report_.device + " failed, going on natively: " + error.what());
+        fall_back(error, report_.device, options_);
         report_.device = "native";
         NativeCells native(options_.kernel, sink_, options_.interrupted);
         for (CellBatch& batch : batches_) {  // what the device had not given back

@@ -380,6 +380,9 @@ class CommandLine {
     sub->add_option("--device", common_.engine.device,
                     "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
         ->capture_default_str();
+    sub->add_flag(
+        "--no-fallback{false}", common_.engine.fallback,
+        "End with exit status 4 where the device fails, instead of going on natively with a warning");
     add_threads(sub);
     add_choice<std::optional<Shape>>(sub, "--shape", common_.engine.tuning.shape,
                                      {{"group", Shape::group}, {"item", Shape::item}},
