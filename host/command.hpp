@@ -94,4 +94,7 @@ void bench(const BenchOptions& bench_options, const Common& common);
 /// Lists the devices of this machine and what is in use on them.
 void devices(const Common& common);
 
+/// Tries every kernel on every device and prints how each did. Throws Error(device) at the end if one failed.
+void check_devices(const Common& common);
+
 }  // namespace boxunion::command

@@ -249,8 +249,12 @@ class CommandLine {
 
   void add_devices() {
     CLI::App* sub = app_.add_subcommand("devices", "The devices of this machine");
+    sub->add_flag(
+        "--check", check_devices_,
+        "Try every kernel on every device on small cases with known results: takes seconds; exit status 4 "
+        "if one is wrong");
     add_print_options(sub);
-    sub->callback([this] { command::devices(common_); });
+    sub->callback([this] { check_devices_ ? command::check_devices(common_) : command::devices(common_); });
   }
 
   void add_bench() {
@@ -453,7 +457,7 @@ class CommandLine {
   int level_ = 0;
   std::vector<std::int64_t> extents_;
   Porosity porosity_;
-  bool as_voxels_ = false;
+  bool as_voxels_ = false, check_devices_ = false;
 };
 
 }  // namespace
