@@ -12,6 +12,7 @@
 #include "core/generate.hpp"
 #include "core/points.hpp"
 #include "host/engine.hpp"
+#include "host/external_union.hpp"
 #include "host/kernel_bench.hpp"
 #include "host/volume.hpp"
 
@@ -24,6 +25,8 @@ namespace boxunion::command {
 struct Common {
   Options engine;        ///< method, device, threads, tuning, statistics
   VolumeOptions volume;  ///< threshold and model, where the input is voxels
+  /// Of memory and scratch, for measure, boundary and decompose; none: all boxes are held.
+  std::optional<Budget> budget;
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;
 };

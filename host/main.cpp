@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/generate_volume.hpp"
 #include "host/command.hpp"
+#include "host/scratch.hpp"
 
 namespace {
 
@@ -142,7 +143,8 @@ class CommandLine {
     sub->add_flag("--statistics", common_.engine.statistics,
                   "Print what the cells did, sums over the boxes, and the vertices by kind");
     add_print_options(sub);
-    sub->callback([this] { command::measure(input_, common_); });
+    add_memory(sub)->excludes("--statistics");
+    sub->callback([this] { command::measure(input_, with_budget()); });
   }
 
   void add_boundary() {
@@ -151,7 +153,8 @@ class CommandLine {
     add_boundary_options(sub, add_output(sub, kBoundaryOutput));
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
+    add_memory(sub);
+    sub->callback([this] { command::boundary(input_, output_, boundary_, with_budget()); });
   }
 
   void add_decompose() {
@@ -171,7 +174,8 @@ class CommandLine {
     add_connectivity(sub, decompose_.connectivity, "Find the neighbors of each box and count them");
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::decompose(input_, output_, decompose_, common_); });
+    add_memory(sub);
+    sub->callback([this] { command::decompose(input_, output_, decompose_, with_budget()); });
   }
 
   void add_label() {
@@ -395,6 +399,26 @@ class CommandLine {
         ->check(CLI::Range(0, 1024));
   }
 
+  CLI::Option* add_memory(CLI::App* sub) {
+    CLI::Option* memory =
+        sub->add_option(
+               "--memory", memory_,
+               "Memory to do with, for example 2G or 512M: boxes (.csv, .npy) that do not fit are cut into "
+               "slabs on disk; the result is the same")
+            ->type_name("SIZE")
+            ->transform(CLI::AsSizeValue(false))
+            ->excludes("--threshold");
+    sub->add_option("--scratch", scratch_, "Folder for these slabs (default: $TMPDIR or /tmp)")
+        ->needs(memory);
+    return memory;
+  }
+
+  command::Common with_budget() const {
+    command::Common common = common_;
+    if (memory_ > 0) common.budget = Budget{memory_, scratch_.empty() ? default_scratch_folder() : scratch_};
+    return common;
+  }
+
   /// An option that takes one of a few words.
   template <class T>
   static CLI::Option* add_choice(CLI::App* sub, const std::string& name, T& value,
@@ -452,6 +476,8 @@ class CommandLine {
   command::BenchOptions bench_;
   std::string input_, output_, boxes_, expression_;
   std::vector<std::string> sets_;
+  std::uint64_t memory_ = 0;
+  std::string scratch_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;
