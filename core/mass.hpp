@@ -47,9 +47,10 @@ struct LatticeSums {
                const std::array<std::uint32_t, 3>& ends, std::int64_t times = 1);
 };
 
-/// The exact sums of a union, or of the part of it that a region owns: those of disjoint regions add up to the
-/// whole. Integrals over regions (LatticeSums) may come on different axes. Sums over a part of the vertices
-/// are no integrals yet and depend on where coordinates count from: on lattices those must share one MassSink.
+/// The exact sums of a union, or of the part of it that a region owns: those of disjoint regions add up to
+/// the whole. Integrals over regions (LatticeSums) may come on different axes. Sums over a part of the
+/// vertices are no integrals yet and depend on where coordinates count from: on lattices those must share one
+/// MassSink.
 class MassTotals {
  public:
   /// Of nothing.
