@@ -14,8 +14,6 @@ namespace {
 constexpr std::size_t kBoxesPerTile = 2000;  // keeps a tile's boxes in cache and its sweeps narrow
 constexpr std::size_t kMostTiles = 1u << 20;
 
-constexpr std::uint32_t kBelow = 0xffffffffu;  // the "tile" before the first one
-
 constexpr std::size_t kMostChunks = 8;
 constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
 
@@ -81,6 +79,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     : plan_(plan),
       interrupted_(interrupted),
       chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
+  first_index_ = index(plan.first[0], plan.first[1], plan.first[2]);
   const auto each_chunk = [&](auto&& f) {
     parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t c = begin; c < end; ++c) f(chunks_[c]);
@@ -147,13 +146,16 @@ void TileGrid::survey(const OrdinalSource& source, Chunk& chunk) const {
 /// Marks the tiles that one box covers (UNION3, section 4, step 3a).
 void TileGrid::mark_covered() {
   for (const Chunk& chunk : chunks_)
-    for (const TileRange& range : chunk.wide)
-      for (std::uint32_t z = range.from[2] + 1; z < range.to[2]; ++z)
-        for (std::uint32_t y = range.from[1] + 1; y < range.to[1]; ++y)
-          for (std::uint32_t x = range.from[0] + 1; x < range.to[0]; ++x) {
+    for (const TileRange& range : chunk.wide) {
+      const auto first = [&](int a) { return std::max(range.from[a] + 1, plan_.first[a]); };
+      const auto end = [&](int a) { return std::min(range.to[a], plan_.first[a] + plan_.tiles[a]); };
+      for (std::uint32_t z = first(2); z < end(2); ++z)
+        for (std::uint32_t y = first(1); y < end(1); ++y)
+          for (std::uint32_t x = first(0); x < end(0); ++x) {
             if (covered_.empty()) covered_.assign(size(), 0);
             covered_[index(x, y, z)] = 1;
           }
+    }
 }
 
 /// Puts a chunk's boxes into its shares of the tiles.
@@ -180,8 +182,8 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
     }
     TileRange own = range;
     for (int a = 0; a < 3; ++a) {
-      if (own.from[a] == kBelow) own.from[a] = 0;
-      own.to[a] = std::min(own.to[a], plan_.tiles[a] - 1);
+      own.from[a] = std::max(own.from[a], plan_.first[a]);
+      own.to[a] = std::min(own.to[a], plan_.first[a] + plan_.tiles[a] - 1);
     }
     for (std::uint32_t z = own.from[2]; z <= own.to[2]; ++z)
       for (std::uint32_t y = own.from[1]; y <= own.to[1]; ++y)
@@ -191,7 +193,7 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
           const std::array<std::uint32_t, 3> at{x, y, z};
           std::array<std::uint32_t, 3> lo, hi;
           for (int a = 0; a < 3; ++a) {
-            const std::uint32_t corner = (plan_.first[a] + at[a]) << plan_.log_edge[a];
+            const std::uint32_t corner = at[a] << plan_.log_edge[a];
             lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
             hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
           }

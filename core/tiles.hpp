@@ -78,8 +78,7 @@ class TileGrid {
   const OrdinalBox& bounds() const { return bounds_; }
 
  private:
-  /// Tiles from .. to by axis. A box that reaches beyond the region may be in "tiles" -1 (modulo 2^32), if
-  /// not only there, and tiles[a].
+  /// Tiles from .. to by axis, counted from ordinal 0. Those beyond the region are not in the grid.
   struct TileRange {
     std::array<std::uint32_t, 3> from, to;
     bool one() const { return ((from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2])) == 0; }
@@ -103,14 +102,14 @@ class TileGrid {
   };
 
   std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
-    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
+    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x - first_index_;
   }
   std::array<std::uint32_t, 3> full_edge() const;
   TileRange touched(const OrdinalBox& box) const {
     TileRange range;
     for (int a = 0; a < 3; ++a) {
-      range.from[a] = (box.lo[a] >> plan_.log_edge[a]) - plan_.first[a];
-      range.to[a] = (box.hi[a] >> plan_.log_edge[a]) - plan_.first[a];
+      range.from[a] = box.lo[a] >> plan_.log_edge[a];
+      range.to[a] = box.hi[a] >> plan_.log_edge[a];
     }
     return range;
   }
@@ -123,6 +122,7 @@ class TileGrid {
   void collect_pieces();
 
   Plan plan_;
+  std::size_t first_index_ = 0;  // of the first tile, if tiles were counted from ordinal 0
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
   std::uint32_t block_ = 0;            // boxes of a block, a power of two
