@@ -19,19 +19,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMaxCount = 4294967294.0;  // 2^32 - 2 ordinals
 constexpr std::size_t kGrain = 1 << 14;     // boxes
 
-/// What the coordinates of one axis have in common: their range, and the greatest power of two that divides
-/// them all (infinity if they are all zero).
-struct Extent {
-  double lo = kInfinity, hi = -kInfinity, unit = kInfinity;
-
-  void join(const Extent& other) {
-    lo = std::min(lo, other.lo);
-    hi = std::max(hi, other.hi);
-    unit = std::min(unit, other.unit);
-  }
-};
-using Extents = std::array<Extent, 3>;
-
 /// The lowest set bit of a finite double as a power of two; infinity for zero.
 inline double lowest_bit(double x) {
   const auto bits = std::bit_cast<std::uint64_t>(x);
@@ -46,101 +33,11 @@ inline double lowest_bit(double x) {
 using Pair = double __attribute__((vector_size(16)));
 using Mask = std::int64_t __attribute__((vector_size(16)));
 
-// Blocks are tested against the units found so far: adding and subtracting 1.5 * 2^52 units rounds to a
-// multiple of the unit, so a coordinate that comes back unchanged is one. The few blocks that fail are looked
-// at bit by bit.
-Extents scan(const Box* boxes, std::size_t count) {
-  constexpr std::size_t kBlock = 128;
-  double unit[6];
-  std::fill(unit, unit + 6, kInfinity);
-  Pair lo[3], hi[3];
-  for (unsigned pair = 0; pair < 3; ++pair) {
-    lo[pair] = Pair{kInfinity, kInfinity};
-    hi[pair] = -lo[pair];
-  }
-  for (std::size_t begin = 0; begin < count; begin += kBlock) {
-    const std::size_t end = std::min(count, begin + kBlock);
-    Pair magic[3];
-    Mask same[3];
-    for (unsigned pair = 0; pair < 3; ++pair) {
-      magic[pair] = Pair{unit[2 * pair], unit[2 * pair + 1]} * 0x1.8p52;  // if infinite, none comes back
-      same[pair] = Mask{-1, -1};
-    }
-    for (std::size_t i = begin; i < end; ++i)
-      for (unsigned pair = 0; pair < 3; ++pair) {
-        Pair x;
-        std::memcpy(&x, boxes[i].data() + 2 * pair, sizeof x);
-        same[pair] &= (x + magic[pair]) - magic[pair] == x;
-        lo[pair] = x < lo[pair] ? x : lo[pair];
-        hi[pair] = x > hi[pair] ? x : hi[pair];
-      }
-    const Mask all = same[0] & same[1] & same[2];
-    if (all[0] && all[1]) continue;
-    for (std::size_t i = begin; i < end; ++i)
-      for (unsigned lane = 0; lane < 6; ++lane) unit[lane] = std::min(unit[lane], lowest_bit(boxes[i][lane]));
-  }
-  Extents extents;
-  for (unsigned lane = 0; lane < 6; ++lane)
-    extents[lane % 3].join({lo[lane / 2][lane % 2], hi[lane / 2][lane % 2], unit[lane]});
-  return extents;
-}
-
-Extents scan(const IntegerBox* boxes, std::size_t count) {
-  std::int32_t set[6] = {}, lo[3], hi[3];
-  std::fill(lo, lo + 3, std::numeric_limits<std::int32_t>::max());
-  std::fill(hi, hi + 3, std::numeric_limits<std::int32_t>::min());
-  for (std::size_t i = 0; i < count; ++i) {
-    const IntegerBox& box = boxes[i];
-    for (unsigned lane = 0; lane < 6; ++lane) set[lane] |= box[lane];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      lo[axis] = box[axis] < lo[axis] ? box[axis] : lo[axis];
-      hi[axis] = box[axis + 3] > hi[axis] ? box[axis + 3] : hi[axis];
-    }
-  }
-  Extents extents;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const std::int64_t either = std::int64_t(set[axis]) | set[axis + 3];
-    extents[axis] = {double(lo[axis]), double(hi[axis]), either ? double(either & -either) : kInfinity};
-  }
-  return extents;
-}
-
-/// The lattice of an extent, or an axis without ordinals if it has too many steps.
-///
-/// Proof that base fits: 2^e = unit is the lowest bit of some coordinate c, so |c| < 2^(e + 53); all others
-/// are less than 2^32 steps of 2^e away, so every coordinate is a multiple of 2^e below (2^53 + 2^32) * 2^e.
-/// The steps below may be inexact or infinite when there are too many, but rounding is monotone: they are
-/// then at least 2^32 - 2 still. (Never infinity - infinity: e < 0 when the scaled coordinates overflow, and
-/// a lowest bit below 2^0 belongs to a coordinate below 2^53.)
-Axis lattice_of(const Extent& extent) {
-  const int exponent = extent.unit == kInfinity ? 0 : std::ilogb(extent.unit);
-  const double before = std::ldexp(1.0, -(exponent / 2));
-  const double after = std::ldexp(1.0, -(exponent - exponent / 2));
-  const double steps = (extent.hi * before - extent.lo * before) * after;
-  if (!(steps < kMaxCount)) return {};
-  const auto first = static_cast<std::int64_t>(extent.lo * before * after);
-  return Axis::lattice(first - 1, exponent, static_cast<std::uint32_t>(steps) + 1);
-}
-
 /// The axes that are lattices for all boxes together; the others have no ordinals yet.
 Axes lattices_of(std::span<const BoxSet> sets) {
-  const auto join = [](Extents a, const Extents& b) {
-    for (unsigned axis = 0; axis < 3; ++axis) a[axis].join(b[axis]);
-    return a;
-  };
-  Extents extents;
-  for (const BoxSet& set : sets) {
-    extents = join(extents, set.visit([&](const auto& boxes) {
-      return parallel_reduce(
-          0, boxes.size(), kGrain, Extents{},
-          [&](std::size_t begin, std::size_t end, const Extents& before) {
-            return join(before, scan(boxes.data() + begin, end - begin));
-          },
-          join);
-    }));
-  }
-  if (std::ranges::all_of(sets, [](const BoxSet& set) { return set.size() == 0; })) return {};
-  return {lattice_of(extents[0]), lattice_of(extents[1]), lattice_of(extents[2])};
+  LatticeScan scan;
+  for (const BoxSet& set : sets) scan.add(set);
+  return scan.axes();
 }
 
 /// Packs what some of the elements 0 .. size - 1 give into one array, in order and in parallel: a first pass
@@ -279,6 +176,113 @@ Ordinals rank_boxes(const Boxes& all, const Axes& lattices) {
 }
 
 }  // namespace
+
+void LatticeScan::Extent::join(const Extent& other) {
+  lo = std::min(lo, other.lo);
+  hi = std::max(hi, other.hi);
+  unit = std::min(unit, other.unit);
+}
+
+// Blocks are tested against the units found so far: adding and subtracting 1.5 * 2^52 units rounds to a
+// multiple of the unit, so a coordinate that comes back unchanged is one. The few blocks that fail are looked
+// at bit by bit.
+LatticeScan LatticeScan::scan(const Box* boxes, std::size_t count) {
+  constexpr std::size_t kBlock = 128;
+  double unit[6];
+  std::fill(unit, unit + 6, kInfinity);
+  Pair lo[3], hi[3];
+  for (unsigned pair = 0; pair < 3; ++pair) {
+    lo[pair] = Pair{kInfinity, kInfinity};
+    hi[pair] = -lo[pair];
+  }
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t end = std::min(count, begin + kBlock);
+    Pair magic[3];
+    Mask same[3];
+    for (unsigned pair = 0; pair < 3; ++pair) {
+      magic[pair] = Pair{unit[2 * pair], unit[2 * pair + 1]} * 0x1.8p52;  // if infinite, none comes back
+      same[pair] = Mask{-1, -1};
+    }
+    for (std::size_t i = begin; i < end; ++i)
+      for (unsigned pair = 0; pair < 3; ++pair) {
+        Pair x;
+        std::memcpy(&x, boxes[i].data() + 2 * pair, sizeof x);
+        same[pair] &= (x + magic[pair]) - magic[pair] == x;
+        lo[pair] = x < lo[pair] ? x : lo[pair];
+        hi[pair] = x > hi[pair] ? x : hi[pair];
+      }
+    const Mask all = same[0] & same[1] & same[2];
+    if (all[0] && all[1]) continue;
+    for (std::size_t i = begin; i < end; ++i)
+      for (unsigned lane = 0; lane < 6; ++lane) unit[lane] = std::min(unit[lane], lowest_bit(boxes[i][lane]));
+  }
+  LatticeScan result;
+  for (unsigned lane = 0; lane < 6; ++lane)
+    result.extents_[lane % 3].join({lo[lane / 2][lane % 2], hi[lane / 2][lane % 2], unit[lane]});
+  return result;
+}
+
+LatticeScan LatticeScan::scan(const IntegerBox* boxes, std::size_t count) {
+  std::int32_t set[6] = {}, lo[3], hi[3];
+  std::fill(lo, lo + 3, std::numeric_limits<std::int32_t>::max());
+  std::fill(hi, hi + 3, std::numeric_limits<std::int32_t>::min());
+  for (std::size_t i = 0; i < count; ++i) {
+    const IntegerBox& box = boxes[i];
+    for (unsigned lane = 0; lane < 6; ++lane) set[lane] |= box[lane];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      lo[axis] = box[axis] < lo[axis] ? box[axis] : lo[axis];
+      hi[axis] = box[axis + 3] > hi[axis] ? box[axis + 3] : hi[axis];
+    }
+  }
+  LatticeScan result;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const std::int64_t either = std::int64_t(set[axis]) | set[axis + 3];
+    result.extents_[axis] = {double(lo[axis]), double(hi[axis]),
+                             either ? double(either & -either) : kInfinity};
+  }
+  return result;
+}
+
+/// The lattice of an extent, or an axis without ordinals if it has too many steps.
+///
+/// Proof that base fits: 2^e = unit is the lowest bit of some coordinate c, so |c| < 2^(e + 53); all others
+/// are less than 2^32 steps of 2^e away, so every coordinate is a multiple of 2^e below (2^53 + 2^32) * 2^e.
+/// The steps below may be inexact or infinite when there are too many, but rounding is monotone: they are
+/// then at least 2^32 - 2 still. (Never infinity - infinity: e < 0 when the scaled coordinates overflow, and
+/// a lowest bit below 2^0 belongs to a coordinate below 2^53.)
+Axis LatticeScan::lattice_of(const Extent& extent) {
+  const int exponent = extent.unit == kInfinity ? 0 : std::ilogb(extent.unit);
+  const double before = std::ldexp(1.0, -(exponent / 2));
+  const double after = std::ldexp(1.0, -(exponent - exponent / 2));
+  const double steps = (extent.hi * before - extent.lo * before) * after;
+  if (!(steps < kMaxCount)) return {};
+  const auto first = static_cast<std::int64_t>(extent.lo * before * after);
+  return Axis::lattice(first - 1, exponent, static_cast<std::uint32_t>(steps) + 1);
+}
+
+void LatticeScan::add(const BoxSet& set) {
+  join(set.visit([](const auto& boxes) {
+    return parallel_reduce(
+        0, boxes.size(), kGrain, LatticeScan(),
+        [&](std::size_t begin, std::size_t end, LatticeScan before) {
+          before.join(scan(boxes.data() + begin, end - begin));
+          return before;
+        },
+        [](LatticeScan a, const LatticeScan& b) {
+          a.join(b);
+          return a;
+        });
+  }));
+}
+
+void LatticeScan::join(const LatticeScan& other) {
+  for (unsigned axis = 0; axis < 3; ++axis) extents_[axis].join(other.extents_[axis]);
+}
+
+Axes LatticeScan::axes() const {
+  if (extents_[0].lo > extents_[0].hi) return {};  // no box
+  return {lattice_of(extents_[0]), lattice_of(extents_[1]), lattice_of(extents_[2])};
+}
 
 Axis Axis::lattice(std::int64_t base, int exponent, std::uint32_t count) {
   Axis axis;

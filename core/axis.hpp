@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -69,6 +70,31 @@ using Axes = std::array<Axis, 3>;
 /// lattice, which is harmless). Throws Error(resources) as Axis::rank does.
 Axes make_axes(const BoxSet& boxes);
 
+/// What decides which axes of boxes are lattices, gathered set by set.
+class LatticeScan {
+ public:
+  /// Takes valid boxes in. Parallel.
+  void add(const BoxSet& boxes);
+  void join(const LatticeScan& other);
+  /// The axes that are lattices for everything taken in; the others have no ordinals: count() is 0.
+  Axes axes() const;
+
+ private:
+  /// What the coordinates of one axis have in common.
+  struct Extent {
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    double lo = kInfinity, hi = -kInfinity;
+    double unit =
+        kInfinity;  // the greatest power of two that divides them all; infinity if they are all zero
+    void join(const Extent& other);
+  };
+  static LatticeScan scan(const Box* boxes, std::size_t count);
+  static LatticeScan scan(const IntegerBox* boxes, std::size_t count);
+  static Axis lattice_of(const Extent& extent);
+
+  std::array<Extent, 3> extents_;
+};
+
 /// The axes of all boxes of some sets if all three are lattices, found in one streaming pass; nothing
 /// otherwise.
 std::optional<Axes> find_lattices(std::span<const BoxSet> sets);
@@ -79,6 +105,11 @@ Axes make_rank_axes(const BoxSet& boxes);
 /// A box in ordinals.
 struct OrdinalBox {
   std::array<std::uint32_t, 3> lo, hi;
+
+  /// As a region, does it own a point: lo <= p < hi?
+  bool owns(const std::array<std::uint32_t, 3>& p) const {
+    return lo[0] <= p[0] && p[0] < hi[0] && lo[1] <= p[1] && p[1] < hi[1] && lo[2] <= p[2] && p[2] < hi[2];
+  }
   friend bool operator==(const OrdinalBox&, const OrdinalBox&) = default;
 };
 
@@ -91,6 +122,9 @@ struct Ordinals {
   Axes axes;
   std::vector<OrdinalBox> boxes;  ///< set after set
   std::vector<std::size_t> ends;  ///< of each set in `boxes`
+  /// Where the union is wanted, if not everywhere: at the points lo <= p < hi. No box reaches further than
+  /// from lo - 1 to hi.
+  std::optional<OrdinalBox> region = std::nullopt;
 };
 
 /// Finds the axes of valid boxes and turns the boxes into ordinals, in the same order and without the

@@ -300,7 +300,30 @@ AnyShares make_shares(const Axes& axes) {
   return shares(std::in_place_type<LatticeSum<true>>);
 }
 
+/// Moves the origin of the moments of `totals` to where the coordinates count from, if they count from
+/// ordinal 0 of lattices: x becomes x + b in 2x, 3xx and 4xy.
+void move_to_coordinates(Totals& totals, const Axes& axes) {
+  const Totals local = totals;
+  const Dyadic& volume = local[kVolume];
+  for (unsigned a = 0; a < 3; ++a) {
+    const unsigned b = (a + 1) % 3;
+    const Dyadic at_a{axes[a].base(), axes[a].exponent()}, at_b{axes[b].base(), axes[b].exponent()};
+    const Dyadic &first_a = local[kFirst + a], &first_b = local[kFirst + b];
+    totals[kFirst + a] = first_a + 2 * (at_a * volume);
+    totals[kSecond + a] = local[kSecond + a] + 3 * (at_a * (first_a + at_a * volume));
+    totals[kSecond + 3 + a] =
+        local[kSecond + 3 + a] + 2 * (at_b * first_a + at_a * first_b) + 4 * (at_a * at_b * volume);
+  }
+}
+
 }  // namespace
+
+struct MassTotals::Sums {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Totals totals;  // in coordinates
+  std::uint64_t vertices = 0, extreme = 0;
+  std::array<double, 3> lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
+};
 
 struct MassSink::Sums {
   explicit Sums(Axes a) : axes(std::move(a)), shares(make_shares(axes)) {}
@@ -335,39 +358,63 @@ void MassSink::extend_bounds(const OrdinalBox& box) {
   std::visit([&](auto& shares) { shares.local().tally.extend(box.lo, box.hi); }, sums_->shares);
 }
 
-MassProperties MassSink::result() const {
+MassTotals MassSink::totals() const {
   const Axes& axes = sums_->axes;
-  Totals totals;
+  MassTotals result;
+  MassTotals::Sums& all = *result.sums_;
   Tally tally;
   std::visit(
       [&](const auto& shares) {
         shares.for_each([&](const auto& share) {
-          share.sum.add_to(totals);
+          share.sum.add_to(all.totals);
           tally.join(share.tally);
         });
       },
       sums_->shares);
-
-  MassProperties p;
-  p.vertices = tally.vertices;
-  p.extreme_vertices = tally.extreme;
+  if (!std::holds_alternative<Shares<GeneralSum>>(sums_->shares)) move_to_coordinates(all.totals, axes);
+  all.vertices = tally.vertices;
+  all.extreme = tally.extreme;
   for (unsigned a = 0; a < 3; ++a)
     if (tally.lo[a] <= tally.hi[a])
-      p.bounds[0][a] = axes[a].coordinate(tally.lo[a]), p.bounds[1][a] = axes[a].coordinate(tally.hi[a]);
+      all.lo[a] = axes[a].coordinate(tally.lo[a]), all.hi[a] = axes[a].coordinate(tally.hi[a]);
+  return result;
+}
+
+MassTotals::MassTotals() : sums_(std::make_unique<Sums>()) {}
+MassTotals::MassTotals(MassTotals&&) noexcept = default;
+MassTotals& MassTotals::operator=(MassTotals&&) noexcept = default;
+MassTotals::~MassTotals() = default;
+
+MassTotals& MassTotals::operator+=(const MassTotals& other) {
+  sums_->vertices += other.sums_->vertices;
+  sums_->extreme += other.sums_->extreme;
+  for (unsigned a = 0; a < 3; ++a) {
+    sums_->lo[a] = std::min(sums_->lo[a], other.sums_->lo[a]);
+    sums_->hi[a] = std::max(sums_->hi[a], other.sums_->hi[a]);
+  }
+  for (unsigned sum = 0; sum < kSums; ++sum)
+    sums_->totals[sum] = sums_->totals[sum] + other.sums_->totals[sum];
+  return *this;
+}
+
+MassProperties MassTotals::result() const {
+  const Totals& totals = sums_->totals;
+  MassProperties p;
+  p.vertices = sums_->vertices;
+  p.extreme_vertices = sums_->extreme;
+  for (unsigned a = 0; a < 3; ++a)
+    if (sums_->lo[a] <= sums_->hi[a]) p.bounds[0][a] = sums_->lo[a], p.bounds[1][a] = sums_->hi[a];
   p.volume = round_to_double(totals[kVolume]);
   p.area = round_to_double(totals[kArea] + totals[kArea + 1] + totals[kArea + 2]);
   p.edge_length = round_to_double(totals[kLength] + totals[kLength + 1] + totals[kLength + 2]);
 
-  // The integrals of x and so on are first / 2, second / 3 (xx) and second / 4 (xy). Lattice sums count from
-  // coordinate base, which moves the centroid and nothing else.
+  // The integrals of x and so on are first / 2, second / 3 (xx) and second / 4 (xy).
   const Dyadic& volume = totals[kVolume];
   if (volume.m == 0) return p;
-  const bool lattice = !std::holds_alternative<Shares<GeneralSum>>(sums_->shares);
   const Dyadic* first = &totals[kFirst];
   const Dyadic* second = &totals[kSecond];
   for (unsigned a = 0; a < 3; ++a) {
-    const Dyadic base = lattice ? Dyadic{axes[a].base(), axes[a].exponent()} : Dyadic{};
-    p.centroid[a] = round_quotient(first[a] + 2 * (base * volume), 2 * volume);
+    p.centroid[a] = round_quotient(first[a], 2 * volume);
 
     // About the centroid: xx = second / 3 - (first / 2)^2 / volume, and likewise xy.
     const unsigned b = (a + 1) % 3, c = (a + 2) % 3;

@@ -49,6 +49,27 @@ struct LatticeSums {
                const std::array<std::uint32_t, 3>& ends, std::int64_t times = 1);
 };
 
+/// The exact sums of a union, or of the part of it that a region owns: those of disjoint regions add up to
+/// the whole. Integrals over regions (LatticeSums) may come on different axes. Sums over a part of the
+/// vertices are no integrals yet and depend on where coordinates count from: on lattices those must share one
+/// MassSink.
+class MassTotals {
+ public:
+  /// Of nothing.
+  MassTotals();
+  MassTotals(MassTotals&&) noexcept;
+  MassTotals& operator=(MassTotals&&) noexcept;
+  ~MassTotals();
+  MassTotals& operator+=(const MassTotals& other);
+
+  MassProperties result() const;
+
+ private:
+  friend class MassSink;
+  struct Sums;
+  std::unique_ptr<Sums> sums_;
+};
+
 /// Turns vertices into mass properties as they come; holds no vertex.
 ///
 /// The sums (Franklin, UNION3, section 4; weights in octants.hpp) are exact: integers on a lattice,
@@ -66,8 +87,10 @@ class MassSink : public VertexSink {
   /// Extends the bounds by ordinals that occur in the union; only needed beside LatticeSums. Thread-safe.
   void extend_bounds(const OrdinalBox& box);
 
+  /// The sums of everything added so far. Not while another thread adds.
+  MassTotals totals() const;
   /// The properties of everything added so far. Not while another thread adds.
-  MassProperties result() const;
+  MassProperties result() const { return totals().result(); }
 
  private:
   struct Sums;

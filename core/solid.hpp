@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/axis.hpp"
@@ -13,6 +15,23 @@ struct Solid {
   Axes axes;
   std::vector<Vertex> vertices;  ///< sorted by z, then y, then x; one at a point
 };
+
+/// A vertex where its coordinates are.
+struct PlacedVertex {
+  std::array<double, 3> point;  ///< x, y, z
+  std::uint8_t mask = 0;        ///< octant mask
+
+  /// By z, then y, then x, as vertices sort.
+  friend bool operator<(const PlacedVertex& a, const PlacedVertex& b) {
+    if (a.point[2] != b.point[2]) return a.point[2] < b.point[2];
+    if (a.point[1] != b.point[1]) return a.point[1] < b.point[1];
+    return a.point[0] < b.point[0];
+  }
+};
+/// A vertex of a solid with these axes.
+inline PlacedVertex place(const Vertex& v, const Axes& axes) {
+  return {{axes[0].coordinate(v.x), axes[1].coordinate(v.y), axes[2].coordinate(v.z)}, std::uint8_t(v.mask)};
+}
 
 /// Collects the vertices of a union and sorts them.
 class SolidSink : public VertexSink {

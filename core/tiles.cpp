@@ -21,10 +21,17 @@ constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
 
 TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
                               const std::array<std::uint32_t, 3>& counts, int max_log_edge) {
+  Plan whole = plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge);
+  whole.end.fill(Axis::kOrdinalMax);  // nothing lies beyond
+  return whole;
+}
+
+TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const OrdinalBox& region,
+                              int max_log_edge) {
   Plan plan;
-  for (int a = 0; a < 3; ++a) {
-    plan.log_edge[a] = std::min(max_log_edge, int(std::bit_width(counts[a])));
-  }
+  plan.end = region.hi;
+  for (int a = 0; a < 3; ++a)
+    plan.log_edge[a] = std::min(max_log_edge, int(std::bit_width(region.hi[a] - region.lo[a] - 1)));
   std::vector<OrdinalBox> sample;
   std::size_t n = 0;
   for (const OrdinalSource& source : sources) n += source.size();
@@ -42,7 +49,10 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
     return sample.empty() ? 1 : sum / double(sample.size());
   };
   const auto count_tiles = [&] {
-    for (int a = 0; a < 3; ++a) plan.tiles[a] = (counts[a] >> plan.log_edge[a]) + 1;
+    for (int a = 0; a < 3; ++a) {
+      plan.first[a] = region.lo[a] >> plan.log_edge[a];
+      plan.tiles[a] = ((region.hi[a] - 1) >> plan.log_edge[a]) - plan.first[a] + 1;
+    }
   };
   count_tiles();
   plan.touched = touched(plan.log_edge);
@@ -69,6 +79,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     : plan_(plan),
       interrupted_(interrupted),
       chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
+  first_index_ = index(plan.first[0], plan.first[1], plan.first[2]);
   const auto each_chunk = [&](auto&& f) {
     parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t c = begin; c < end; ++c) f(chunks_[c]);
@@ -119,7 +130,7 @@ void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) cons
 /// Notes a chunk's bounds and the boxes that cover tiles.
 void TileGrid::survey(const OrdinalSource& source, Chunk& chunk) const {
   OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-  const std::array<std::uint32_t, 3> edges = edge();
+  const std::array<std::uint32_t, 3> edges = full_edge();
   read(source, chunk, [&](const OrdinalBox& box) {
     for (int a = 0; a < 3; ++a) {
       bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
@@ -135,13 +146,16 @@ void TileGrid::survey(const OrdinalSource& source, Chunk& chunk) const {
 /// Marks the tiles that one box covers (UNION3, section 4, step 3a).
 void TileGrid::mark_covered() {
   for (const Chunk& chunk : chunks_)
-    for (const TileRange& range : chunk.wide)
-      for (std::uint32_t z = range.from[2] + 1; z < range.to[2]; ++z)
-        for (std::uint32_t y = range.from[1] + 1; y < range.to[1]; ++y)
-          for (std::uint32_t x = range.from[0] + 1; x < range.to[0]; ++x) {
+    for (const TileRange& range : chunk.wide) {
+      const auto first = [&](int a) { return std::max(range.from[a] + 1, plan_.first[a]); };
+      const auto end = [&](int a) { return std::min(range.to[a], plan_.first[a] + plan_.tiles[a]); };
+      for (std::uint32_t z = first(2); z < end(2); ++z)
+        for (std::uint32_t y = first(1); y < end(1); ++y)
+          for (std::uint32_t x = first(0); x < end(0); ++x) {
             if (covered_.empty()) covered_.assign(size(), 0);
             covered_[index(x, y, z)] = 1;
           }
+    }
 }
 
 /// Puts a chunk's boxes into its shares of the tiles.
@@ -153,7 +167,7 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
     if (place == 0) add_block(chunk, tile);
     share.last[place] = box;
   };
-  const std::array<std::uint32_t, 3> edges = edge();
+  const std::array<std::uint32_t, 3> edges = full_edge();
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
     const TileRange range = touched(box);
@@ -166,9 +180,14 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
       put(tile, {within(box.lo), within(box.hi)});
       return;
     }
-    for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
-      for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)
-        for (std::uint32_t x = range.from[0]; x <= range.to[0]; ++x) {
+    TileRange own = range;
+    for (int a = 0; a < 3; ++a) {
+      own.from[a] = std::max(own.from[a], plan_.first[a]);
+      own.to[a] = std::min(own.to[a], plan_.first[a] + plan_.tiles[a] - 1);
+    }
+    for (std::uint32_t z = own.from[2]; z <= own.to[2]; ++z)
+      for (std::uint32_t y = own.from[1]; y <= own.to[1]; ++y)
+        for (std::uint32_t x = own.from[0]; x <= own.to[0]; ++x) {
           const std::size_t tile = index(x, y, z);
           if (covered(tile)) continue;
           const std::array<std::uint32_t, 3> at{x, y, z};
@@ -217,12 +236,20 @@ void TileGrid::collect_pieces() {
 std::array<std::uint32_t, 3> TileGrid::corner(std::size_t tile) const {
   const std::size_t x = tile % plan_.tiles[0], y = tile / plan_.tiles[0] % plan_.tiles[1],
                     z = tile / plan_.tiles[0] / plan_.tiles[1];
-  return {std::uint32_t(x) << plan_.log_edge[0], std::uint32_t(y) << plan_.log_edge[1],
-          std::uint32_t(z) << plan_.log_edge[2]};
+  return {(plan_.first[0] + std::uint32_t(x)) << plan_.log_edge[0],
+          (plan_.first[1] + std::uint32_t(y)) << plan_.log_edge[1],
+          (plan_.first[2] + std::uint32_t(z)) << plan_.log_edge[2]};
 }
 
-std::array<std::uint32_t, 3> TileGrid::edge() const {
+std::array<std::uint32_t, 3> TileGrid::full_edge() const {
   return {1u << plan_.log_edge[0], 1u << plan_.log_edge[1], 1u << plan_.log_edge[2]};
+}
+
+std::array<std::uint32_t, 3> TileGrid::edge(std::size_t tile) const {
+  const std::array<std::uint32_t, 3> at = corner(tile);
+  std::array<std::uint32_t, 3> edges = full_edge();
+  for (int a = 0; a < 3; ++a) edges[a] = std::min(edges[a], plan_.end[a] - at[a]);
+  return edges;
 }
 
 }  // namespace boxunion

@@ -42,10 +42,12 @@ class OrdinalSource {
 /// boxes are put in place in one pass, without counting them first.
 class TileGrid {
  public:
-  /// How the ordinals are cut; tile i of an axis begins at ordinal i * 2^log_edge.
+  /// How the ordinals are cut; tile i of an axis begins at ordinal (first + i) * 2^log_edge.
   struct Plan {
     std::array<int, 3> log_edge{};         ///< log2 of a tile's edge, at most 19
+    std::array<std::uint32_t, 3> first{};  ///< by axis
     std::array<std::uint32_t, 3> tiles{};  ///< by axis
+    std::array<std::uint32_t, 3> end{};    ///< where the last tile ends, however long it would be
     double touched = 1;                    ///< tiles that a box touches, on average, by a sample
     std::size_t count() const { return std::size_t{tiles[0]} * tiles[1] * tiles[2]; }
   };
@@ -55,6 +57,9 @@ class TileGrid {
   /// The boxes are those of all sources, for each of which a grid may then be made.
   static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
                    int max_log_edge);
+  /// The same for the points lo <= p < hi of a region only; lo must be a multiple of 2^max_log_edge, and no
+  /// box reach further than from lo - 1 to hi.
+  static Plan plan(std::span<const OrdinalSource> sources, const OrdinalBox& region, int max_log_edge);
 
   /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
   /// becomes true.
@@ -68,12 +73,12 @@ class TileGrid {
   bool covered(std::size_t tile) const { return !covered_.empty() && covered_[tile]; }
   /// Ordinal of the tile's low corner.
   std::array<std::uint32_t, 3> corner(std::size_t tile) const;
-  std::array<std::uint32_t, 3> edge() const;
+  std::array<std::uint32_t, 3> edge(std::size_t tile) const;
   /// The least box that holds all boxes; lo > hi if there are none.
   const OrdinalBox& bounds() const { return bounds_; }
 
  private:
-  /// Tiles from .. to by axis.
+  /// Tiles from .. to by axis, counted from ordinal 0. Those beyond the region are not in the grid.
   struct TileRange {
     std::array<std::uint32_t, 3> from, to;
     bool one() const { return ((from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2])) == 0; }
@@ -97,8 +102,9 @@ class TileGrid {
   };
 
   std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
-    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x;
+    return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x - first_index_;
   }
+  std::array<std::uint32_t, 3> full_edge() const;
   TileRange touched(const OrdinalBox& box) const {
     TileRange range;
     for (int a = 0; a < 3; ++a) {
@@ -116,6 +122,7 @@ class TileGrid {
   void collect_pieces();
 
   Plan plan_;
+  std::size_t first_index_ = 0;  // of the first tile, if tiles were counted from ordinal 0
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
   std::uint32_t block_ = 0;            // boxes of a block, a power of two

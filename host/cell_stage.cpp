@@ -141,6 +141,7 @@ void NativeCells::run(const CellBatch& batch) {
 CellStage::CellStage(Device& device, const Options& options, const CellSink& sink)
     : device_(device),
       sink_(sink),
+      fallback_(options.fallback),
       kernel_(load(device, source(options.kernel, sink), options.tuning)),
       native_(options.kernel, sink, options.interrupted),
       total_(device.allocate(2 * sizeof(std::uint32_t))) {
@@ -207,6 +208,7 @@ void CellStage::finish(const CellBatch& batch) {
       });
   }
   if (complete) return;
+  if (!fallback_) throw Error(ErrorKind::device, "the device cuts long loops short");
   ++native_batches_;
   native_.run(batch);
 }

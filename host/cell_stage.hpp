@@ -64,6 +64,7 @@ class CellStage {
 
   Device& device_;
   const CellSink& sink_;
+  bool fallback_;
   std::unique_ptr<Kernel> kernel_;
   NativeCells native_;  // for batches whose loops are too long for the device
   std::size_t native_batches_ = 0;

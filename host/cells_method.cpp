@@ -11,12 +11,13 @@
 #include "core/parallel.hpp"
 #include "core/tiles.hpp"
 #include "host/cell_stage.hpp"
+#include "host/resilient.hpp"
 #include "host/stopwatch.hpp"
 
 namespace boxunion {
 namespace {
 
-constexpr int kSumsLogEdge = 12;                    // a tile of this edge has sums below 2^63
+constexpr int kSumsLogEdge = kRegionLogEdge;        // a tile of this edge has sums below 2^63
 constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
 constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
@@ -87,8 +88,7 @@ class CellRunner {
         CellStage stages[2] = {{*device, options_, sink_}, {*device, options_, sink_}};
         run_on_device(stages, tile);
       } catch (const Error& error) {
-        if (error.kind() != ErrorKind::device && error.kind() != ErrorKind::resources) throw;
-        if (options_.warn) options_.warn(report_.device + " failed, going on natively: " + error.what());
+        fall_back(error, report_.device, options_);
         report_.device = "native";
         NativeCells native(options_.kernel, sink_, options_.interrupted);
         for (CellBatch& batch : batches_) {  // what the device had not given back
@@ -114,7 +114,7 @@ class CellRunner {
   /// Cuts a tile into cells, appended to `batch`.
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
     if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
-    const auto corner = grids_[0].corner(tile), edge = grids_[0].edge();
+    const auto corner = grids_[0].corner(tile), edge = grids_[0].edge(tile);
     const std::array<std::uint32_t, 3> origin{corner[0] - 1, corner[1] - 1, corner[2] - 1};
     LatticeSums sums;
     Cutter& mine = cutters_.local();
@@ -222,6 +222,11 @@ class CellRunner {
   std::atomic<std::size_t> done_ = 0;
 };
 
+/// Can a grid of tiles for sums begin where the region does?
+bool can_be_tiled(const OrdinalBox& region) {
+  return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kSumsLogEdge) == 0; });
+}
+
 /// Makes the grid of combine_by_cells and calls f(CellRunner).
 template <class F>
 void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
@@ -233,12 +238,16 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
     throw Error(ErrorKind::usage, "the kernel faces finds unions only");
   Stopwatch watch(report);
   const Axes& axes = ordinals.axes;
+  const bool kept = !ordinals.ends.empty();
   const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
   VertexSink* sink = mass ? mass : vertices;
+  std::optional<RegionFilter> filter;
+  if (ordinals.region) sink = &filter.emplace(*ordinals.region, *sink);
   std::array<std::uint32_t, 3> counts{axes[0].count(), axes[1].count(), axes[2].count()};
   if (counts[0] == 0) return;
-  std::size_t boxes = 0;
-  for (const BoxSet& set : sets) boxes += set.size();
+  std::size_t boxes = ordinals.boxes.size();
+  if (!kept)
+    for (const BoxSet& set : sets) boxes += set.size();
   const auto too_many_tiles = [&](const TileGrid::Plan& plan) {
     return plan.count() > std::max<std::size_t>(512, boxes / 4);
   };
@@ -253,15 +262,17 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
       begin = end;
     }
   };
-  if (lattice)
+  if (!kept)
     for (const BoxSet& set : sets) sources.emplace_back(set, axes);
   else
     use_kept();
   TileGrid::Plan plan;
   CellSink cells{sink, nullptr, programs};
   std::optional<Positions> positions;
-  if (mass && lattice && options.kernel == CellKernel::occupancy) {
-    plan = TileGrid::plan(sources, counts, kSumsLogEdge);
+  if (mass && lattice && options.kernel == CellKernel::occupancy &&
+      (!ordinals.region || can_be_tiled(*ordinals.region))) {
+    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kSumsLogEdge)
+                           : TileGrid::plan(sources, counts, kSumsLogEdge);
     if (!too_many_tiles(plan) && plan.touched < 3) cells.sums = mass;
   }
   if (!cells.sums) {
@@ -269,7 +280,7 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
     if (too_many_tiles(plan)) {
       std::array<bool, 3> wide;
       for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes;
-      if (lattice) ordinals = ordinal_boxes(sets, axes);
+      if (!kept) ordinals = ordinal_boxes(sets, axes);
       positions.emplace(ordinals.boxes, wide, *sink);
       for (int a = 0; a < 3; ++a)
         if (wide[a]) counts[a] = positions->count(a);

@@ -10,8 +10,11 @@
 
 namespace boxunion {
 
+/// Of a region that begins at multiples of 2^12 even sums can be found, not only vertices.
+inline constexpr int kRegionLogEdge = 12;
+
 /// An expression over sets of boxes by cells (Franklin, UNION3): boxes into tiles, tiles into cells, cells
-/// through a kernel. Boxes of three lattices are read as they are; others are turned into ordinals first.
+/// through a kernel. Boxes of three lattices, if not kept as ordinals, are read as they are.
 /// `sets` are the operands, in the order of the expression's names. Throws Error(usage) for the kernel faces,
 /// if the expression is not a union.
 ///

@@ -12,9 +12,11 @@
 #include <system_error>
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/octants.hpp"
 #include "core/voxel_boxes.hpp"
 #include "host/boundary.hpp"
+#include "host/box_file.hpp"
 #include "host/command_results.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
@@ -24,6 +26,8 @@
 
 namespace boxunion::command {
 namespace {
+
+constexpr std::uint64_t kMeshBytesAVertex = 320;  ///< of vertices, faces, shells and triangles, as measured
 
 std::string json_array(const std::array<double, 3>& v) {
   return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
@@ -64,16 +68,25 @@ std::vector<Result> statistics_results(const Report& report) {
 }
 
 /// How many vertices and edges a solid has.
-std::vector<Result> solid_results(const Solid& solid) {
-  std::uint64_t edges = 0, nonmanifold = 0;
-  for (const Vertex& v : solid.vertices)
-    for (const int direction : {0, 2, 4}) {  // each edge at its lower end
-      edges += kOctants[v.mask].edges[direction] != 0;
-      nonmanifold += kOctants[v.mask].edges[direction] == 2;
-    }
-  return {count_result("vertices", solid.vertices.size()), count_result("edges", edges),
-          count_result("nonmanifold_edges", nonmanifold)};
-}
+class SolidCounts {
+ public:
+  template <class Vertices>
+  void add(const Vertices& vertices) {
+    vertices_ += vertices.size();
+    for (const auto& v : vertices)
+      for (const int direction : {0, 2, 4}) {  // each edge at its lower end
+        edges_ += kOctants[v.mask].edges[direction] != 0;
+        nonmanifold_ += kOctants[v.mask].edges[direction] == 2;
+      }
+  }
+  std::vector<Result> results() const {
+    return {count_result("vertices", vertices_), count_result("edges", edges_),
+            count_result("nonmanifold_edges", nonmanifold_)};
+  }
+
+ private:
+  std::uint64_t vertices_ = 0, edges_ = 0, nonmanifold_ = 0;
+};
 
 /// How many of everything else its boundary has.
 std::vector<Result> boundary_results(const Boundary& boundary) {
@@ -158,7 +171,9 @@ void BoundaryWriter::write(const Solid& solid, const Options& options, Report& r
   const bool has_floats = format_ == FileFormat::stl || format_ == FileFormat::threemf;
   const NonManifold contacts =
       options_.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
-  results_ = solid_results(solid);
+  SolidCounts counts;
+  counts.add(solid.vertices);
+  results_ = counts.results();
   std::optional<Boundary> boundary;
   if (common_.json || is_mesh(format_)) {
     boundary = find_boundary(solid, contacts, options, &report);
@@ -181,7 +196,18 @@ void measure(const std::string& input, const Common& common) {
   ProgressBar bar(common.quiet);
   Report report;
   std::size_t boxes = 0, degenerate = 0;
+  std::optional<std::uint64_t> slabs;
   const MassProperties mass = with_threads(common.engine.threads, common.interrupted, [&] {
+    if (common.budget) {
+      const Options options = engine_options(common, bar);
+      const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+      ExternalUnion external(*file, options, *common.budget, report);
+      const MassProperties found = external.measure();
+      boxes = file->size();
+      degenerate = external.degenerate_boxes();
+      slabs = external.slabs();
+      return found;
+    }
     const BoxSet set = read_boxes(input, common.interrupted, common.volume);
     boxes = set.size();
     degenerate = count_degenerate(set);
@@ -202,17 +228,72 @@ void measure(const std::string& input, const Common& common) {
       results.insert(results.end(), statistics.begin(), statistics.end());
     }
   }
+  if (slabs) results.push_back(count_result("slabs", *slabs));
   add_report(results, report);
   print_results(results, common.json);
 }
 
+void check_budget(const std::string& input, const std::string& what, std::uint64_t bytes_a_vertex,
+                  const Options& options, const Common& common) {
+  if (!common.budget) return;
+  Report report;
+  const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+  if (input == "-")
+    throw Error(ErrorKind::usage, "standard input can be read once only, expected a file beside --memory");
+  ExternalUnion external(*file, options, *common.budget, report);
+  const std::uint64_t vertices = external.measure().vertices;
+  const std::uint64_t need = external.bytes_in_memory(vertices, bytes_a_vertex);
+  if (need > common.budget->bytes)
+    throw Error(ErrorKind::resources,
+                fmt::format("{} of {} vertices takes about {} MiB of memory, more than --memory gives; the "
+                            "vertices alone (boundary -o .csv or .npy) do with less",
+                            what, vertices, (need >> 20) + 1));
+}
+
+namespace {
+
+/// Writes the vertices of a union within a memory budget.
+void write_vertices_within(const std::string& input, const std::string& output, const Common& common) {
+  ProgressBar bar(common.quiet);
+  OutputFile out = open_output(output, common.interrupted, kBoxFormats);
+  const Options options = engine_options(common, bar);
+  Report report;
+  SolidCounts counts;
+  std::uint64_t slabs = 0;
+  with_threads(common.engine.threads, common.interrupted, [&] {
+    const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+    ExternalUnion external(*file, options, *common.budget, report);
+    std::optional<VertexWriter> writer;
+    external.vertices([&](std::uint64_t count) {
+      writer.emplace(out, count);
+      return [&](std::span<const PlacedVertex> block) {
+        counts.add(block);
+        writer->write(block);
+      };
+    });
+    slabs = external.slabs();
+    out.commit();
+  });
+  bar.clear();
+  std::vector<Result> results = counts.results();
+  results.push_back(string_result("output", output));
+  results.push_back(count_result("slabs", slabs));
+  add_report(results, report);
+  print_results(results, common.json);
+}
+
+}  // namespace
+
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common) {
+  const bool mesh = is_mesh(file_format(output, kBoundaryFormats));
+  if (common.budget && !mesh) return write_vertices_within(input, output, common);
   ProgressBar bar(common.quiet);
   BoundaryWriter writer(output, boundary_options, common);
   const Options options = engine_options(common, bar);
   Report report;
   with_threads(common.engine.threads, common.interrupted, [&] {
+    check_budget(input, "a mesh", kMeshBytesAVertex, options, common);
     writer.write(unite(read_boxes(input, common.interrupted, common.volume), options, &report), options,
                  report);
   });

@@ -12,6 +12,7 @@
 #include "core/generate.hpp"
 #include "core/points.hpp"
 #include "host/engine.hpp"
+#include "host/external_union.hpp"
 #include "host/kernel_bench.hpp"
 #include "host/volume.hpp"
 
@@ -24,6 +25,8 @@ namespace boxunion::command {
 struct Common {
   Options engine;        ///< method, device, threads, tuning, statistics
   VolumeOptions volume;  ///< threshold and model, where the input is voxels
+  /// Of memory and scratch, for measure, boundary and decompose; none: all boxes are held.
+  std::optional<Budget> budget;
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;
 };
@@ -93,5 +96,8 @@ void bench(const BenchOptions& bench_options, const Common& common);
 
 /// Lists the devices of this machine and what is in use on them.
 void devices(const Common& common);
+
+/// Tries every kernel on every device and prints how each did. Throws Error(device) at the end if one failed.
+void check_devices(const Common& common);
 
 }  // namespace boxunion::command

@@ -6,6 +6,7 @@
 
 #include "core/adjacency.hpp"
 #include "core/decomposition.hpp"
+#include "core/error.hpp"
 #include "core/evm.hpp"
 #include "host/command.hpp"
 #include "host/command_results.hpp"
@@ -15,6 +16,8 @@
 
 namespace boxunion::command {
 namespace {
+
+constexpr std::uint64_t kBytesAVertex = 120;  ///< of vertices, extreme vertices and boxes, as measured
 
 const char* name(Model model) {
   constexpr std::array kNames = {"evm", "oudb", "cudb"};
@@ -42,6 +45,9 @@ Evm ordered_evm(const Solid& solid, Model model, const std::optional<AxisOrder>&
 
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
                const Common& common) {
+  if (common.budget && (decompose_options.model == Model::oudb || decompose_options.connectivity))
+    throw Error(ErrorKind::usage,
+                "--memory is for the models evm and cudb without --connectivity: nothing bounds the others");
   ProgressBar bar(common.quiet);
   std::optional<OutputFile> file;
   if (!output.empty()) file.emplace(open_output(output, common.interrupted));
@@ -49,8 +55,9 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   const Model model = decompose_options.model;
   std::vector<Result> results = {string_result("model", name(model))};
   with_threads(common.engine.threads, common.interrupted, [&] {
-    const Solid solid =
-        unite(read_boxes(input, common.interrupted, common.volume), engine_options(common, bar), &report);
+    const Options options = engine_options(common, bar);
+    check_budget(input, "a decomposition", kBytesAVertex, options, common);
+    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
     Stages stages(report, common.interrupted);
     const Evm evm = ordered_evm(solid, model, decompose_options.order);
     stages.finish("evm");

@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kFirstBlockBytes = 1 << 20;  ///< of a file in memory at first: most files are small
 constexpr std::size_t kBlockBytes = 32 << 20;      ///< of a file in memory at most; no line may be longer
 constexpr std::size_t kChunkBytes = 1 << 18;       ///< parsed by one thread at a time
+constexpr std::size_t kPiecesAtOnce = 32;          ///< such chunks whose boxes are in memory at once
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
 
 bool is_space(char c) {
@@ -145,35 +146,30 @@ std::vector<std::string_view> cut(std::string_view text) {
   return pieces;
 }
 
-/// The boxes of a file, fed to it in blocks of whole lines.
+/// Gives the boxes of a file, which is fed to it in blocks of whole lines, to a sink.
 class Reader {
  public:
-  explicit Reader(const std::string& name) : name_(name) {}
+  Reader(const std::string& name, const BoxSink& sink) : name_(name), sink_(sink) {}
 
   void add(std::string_view text) {
     if (!started_) skip_header(text);
     const std::vector<std::string_view> pieces = cut(text);
-    std::vector<Chunk> chunks(pieces.size());
-    parallel_ranges(0, pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) chunks[i] = parse_chunk(pieces[i]);
-    });
-    for (const Chunk& chunk : chunks) {
-      lines_ += chunk.lines;
-      if (chunk.bad_line) reject_row(fmt::format("{}:{}", name_, lines_ + 1), *chunk.bad_line);
-      boxes_.insert(boxes_.end(), chunk.boxes.begin(), chunk.boxes.end());
+    for (std::size_t first = 0; first < pieces.size(); first += kPiecesAtOnce) {
+      std::vector<Chunk> chunks(std::min(kPiecesAtOnce, pieces.size() - first));
+      parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) chunks[i] = parse_chunk(pieces[first + i]);
+      });
+      for (const Chunk& chunk : chunks) {
+        lines_ += chunk.lines;
+        if (chunk.bad_line) reject_row(fmt::format("{}:{}", name_, lines_ + 1), *chunk.bad_line);
+        sink_(chunk.boxes);
+      }
     }
-  }
-
-  /// Makes room for `times` as many boxes as there are now, once.
-  void expect(double times) {
-    if (boxes_.capacity() < std::size_t(double(boxes_.size()) * times))
-      boxes_.reserve(std::size_t(double(boxes_.size()) * times * 1.05));
   }
 
   std::size_t lines() const { return lines_; }
   /// Has there been a header or a box?
   bool started() const { return started_; }
-  std::vector<Box> take() { return std::move(boxes_); }
 
  private:
   /// Takes what stands before the first box off `text`.
@@ -191,15 +187,15 @@ class Reader {
   }
 
   std::string name_;
-  std::vector<Box> boxes_;
+  const BoxSink& sink_;
   std::size_t lines_ = 0;
   bool started_ = false;
 };
 
 }  // namespace
 
-BoxSet read_boxes(InputFile& file) {
-  Reader reader(file.name());
+void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect) {
+  Reader reader(file.name(), sink);
   std::string block;
   std::size_t kept = 0;  // bytes of an unfinished line at the start of the block
   std::uint64_t done = 0;
@@ -214,7 +210,7 @@ BoxSet read_boxes(InputFile& file) {
                               reader.lines() + 1, kBlockBytes));
     reader.add({block.data(), whole});
     done += whole;
-    if (done > 0 && more && file.size()) reader.expect(double(*file.size()) / double(done));
+    if (expect && done > 0 && more && file.size()) expect(double(*file.size()) / double(done));
     kept = size - whole;
     std::memmove(block.data(), block.data() + whole, kept);
   }
@@ -223,7 +219,17 @@ BoxSet read_boxes(InputFile& file) {
         ErrorKind::input,
         fmt::format("{}: no boxes: {}; expected the header {} or lines of six numbers", file.name(),
                     done == 0 ? "the file is empty" : "the file has only blank lines and comments", kHeader));
-  return reader.take();
+}
+
+BoxSet read_boxes(InputFile& file) {
+  std::vector<Box> boxes;
+  stream_boxes(
+      file, [&](std::span<const Box> block) { boxes.insert(boxes.end(), block.begin(), block.end()); },
+      [&](double times) {  // makes room for all of them, once
+        if (boxes.capacity() < std::size_t(double(boxes.size()) * times))
+          boxes.reserve(std::size_t(double(boxes.size()) * times * 1.05));
+      });
+  return boxes;
 }
 
 void write_box_header(OutputFile& file) {
@@ -242,14 +248,16 @@ void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes) {
 template void write_box_rows(OutputFile&, std::span<const BoxOf<double>>);
 template void write_box_rows(OutputFile&, std::span<const BoxOf<std::int32_t>>);
 
-void write_vertices(OutputFile& file, const Solid& solid) {
+void write_vertex_header(OutputFile& file) {
   file.write("x,y,z,mask,degree_px,degree_nx,degree_py,degree_ny,degree_pz,degree_nz\n");
-  write_rows(file, solid.vertices.size(), [&](std::size_t row, fmt::memory_buffer& text) {
-    const Vertex& v = solid.vertices[row];
+}
+
+void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices) {
+  write_rows(file, vertices.size(), [&](std::size_t row, fmt::memory_buffer& text) {
+    const PlacedVertex& v = vertices[row];
     const auto& d = kOctants[v.mask].degrees;
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{},{},{},{},{},{}\n"),
-                   solid.axes[0].coordinate(v.x), solid.axes[1].coordinate(v.y),
-                   solid.axes[2].coordinate(v.z), v.mask, d[0], d[1], d[2], d[3], d[4], d[5]);
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{},{},{},{},{},{}\n"), v.point[0],
+                   v.point[1], v.point[2], v.mask, d[0], d[1], d[2], d[3], d[4], d[5]);
   });
 }
 

@@ -50,6 +50,9 @@ struct Options {
   int threads = 0;              ///< threads of the host, 0 for one per core
   Tuning tuning{};
   bool statistics = false;  ///< measure: fill Report::statistics, which costs some speed
+  /// Whether a device that fails only costs a warning, and its work goes on natively; else the run ends with
+  /// Error(device), as it does where a device cannot do all of the work.
+  bool fallback = true;
 
   /// Called now and then, from any thread, with the fraction of the work that is done (0 to 1).
   std::function<void(double)> progress{};

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/voxel_boxes.hpp"
 #include "host/formats.hpp"
 
@@ -94,7 +96,7 @@ BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
   if (volume.threshold)
     throw Error(ErrorKind::usage,
                 fmt::format("{}: found boxes, but a threshold is for voxels", file->name()));
-  return format == FileFormat::csv ? csv::read_boxes(*file) : npy::read_boxes(*file, npy::read_header(*file));
+  return format == FileFormat::csv ? csv::read_boxes(*file) : npy::read_boxes(file, npy::read_header(*file));
 }
 
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
@@ -137,8 +139,32 @@ void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile f
 template void write_volume(const VoxelGrid&, std::span<const std::uint8_t>, OutputFile);
 template void write_volume(const VoxelGrid&, std::span<const std::uint32_t>, OutputFile);
 
+VertexWriter::VertexWriter(OutputFile& file, std::uint64_t count)
+    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
+  if (format_ == FileFormat::csv)
+    csv::write_vertex_header(file_);
+  else
+    npy::write_vertex_header(file_, count);
+}
+
+void VertexWriter::write(std::span<const PlacedVertex> vertices) {
+  if (format_ == FileFormat::csv)
+    csv::write_vertex_rows(file_, vertices);
+  else
+    npy::write_vertex_rows(file_, vertices);
+}
+
 void write_vertices(const Solid& solid, OutputFile file) {
-  is_csv(file) ? csv::write_vertices(file, solid) : npy::write_vertices(file, solid);
+  constexpr std::size_t kRows = 1 << 18;
+  VertexWriter writer(file, solid.vertices.size());
+  std::vector<PlacedVertex> placed;
+  for (std::span<const Vertex> rest = solid.vertices; !rest.empty(); rest = rest.subspan(placed.size())) {
+    placed.resize(std::min(kRows, rest.size()));
+    parallel_ranges(0, placed.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) placed[i] = place(rest[i], solid.axes);
+    });
+    writer.write(placed);
+  }
   file.commit();
 }
 

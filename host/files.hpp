@@ -91,6 +91,18 @@ void write_boxes(const BoxSet& boxes, OutputFile file);
 template <class T>
 void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile file);
 
+/// Writes vertices, block by block, to a .csv or .npy file: see write_vertices.
+class VertexWriter {
+ public:
+  /// Writes to `file` exactly `count` vertices.
+  VertexWriter(OutputFile& file, std::uint64_t count);
+  void write(std::span<const PlacedVertex> vertices);
+
+ private:
+  OutputFile& file_;
+  FileFormat format_;
+};
+
 /// Writes and commits the vertices of a solid, sorted by z, then y, then x.
 ///
 /// Columns: x, y, z (coordinates), mask (octant mask, see octants.hpp), and the number of faces that meet

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,6 +26,7 @@
 namespace boxunion {
 
 enum class FileFormat;
+class BoxFile;
 
 /// The voxels of a file of a format that is neither .csv nor .vox; nothing if it is an NPY file of boxes.
 std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
@@ -34,11 +36,17 @@ std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, Fi
 
 namespace boxunion::csv {
 
+/// Takes boxes in the order of the file.
+using BoxSink = std::function<void(std::span<const Box>)>;
+/// Gives all boxes to `sink`, block by block. Calls expect(t) now and then: the file is about t times what
+/// has been read.
+void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect = {});
 BoxSet read_boxes(InputFile& file);
 void write_box_header(OutputFile& file);
 template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
-void write_vertices(OutputFile& file, const Solid& solid);
+void write_vertex_header(OutputFile& file);
+void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
 void write_extreme_vertices(OutputFile& file, const Evm& evm);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
@@ -48,7 +56,8 @@ void write_components(OutputFile& file, std::span<const Component> components);
 namespace boxunion::npy {
 
 /// An array of shape (n, 6).
-BoxSet read_boxes(const InputFile& file, const Header& header);
+BoxSet read_boxes(const std::shared_ptr<const InputFile>& file, const Header& header);
+std::unique_ptr<BoxFile> open_boxes(const std::shared_ptr<const InputFile>& file, const Header& header);
 /// An array of three extents, z, y and x. In Fortran order z is the first axis of its grid.
 VoxelStream open_volume(std::shared_ptr<const InputFile> file, const Header& header,
                         const VolumeOptions& options);
@@ -56,7 +65,8 @@ template <class T>
 void write_box_header(OutputFile& file, std::uint64_t count);
 template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
-void write_vertices(OutputFile& file, const Solid& solid);
+void write_vertex_header(OutputFile& file, std::uint64_t count);
+void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
 void write_extreme_vertices(OutputFile& file, const Evm& evm);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);

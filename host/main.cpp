@@ -18,6 +18,7 @@
 #include "core/error.hpp"
 #include "core/generate_volume.hpp"
 #include "host/command.hpp"
+#include "host/scratch.hpp"
 
 namespace {
 
@@ -155,7 +156,8 @@ class CommandLine {
     sub->add_flag("--statistics", common_.engine.statistics,
                   "Print what the cells did, sums over the boxes, and the vertices by kind");
     add_print_options(sub);
-    sub->callback([this] { command::measure(input_, common_); });
+    add_memory(sub)->excludes("--statistics");
+    sub->callback([this] { command::measure(input_, with_budget()); });
   }
 
   void add_boundary() {
@@ -164,7 +166,8 @@ class CommandLine {
     add_boundary_options(sub, add_output(sub, kBoundaryOutput));
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::boundary(input_, output_, boundary_, common_); });
+    add_memory(sub);
+    sub->callback([this] { command::boundary(input_, output_, boundary_, with_budget()); });
   }
 
   void add_decompose() {
@@ -184,7 +187,8 @@ class CommandLine {
     add_connectivity(sub, decompose_.connectivity, "Find the neighbors of each box and count them");
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::decompose(input_, output_, decompose_, common_); });
+    add_memory(sub);
+    sub->callback([this] { command::decompose(input_, output_, decompose_, with_budget()); });
   }
 
   void add_label() {
@@ -262,8 +266,12 @@ class CommandLine {
 
   void add_devices() {
     CLI::App* sub = app_.add_subcommand("devices", "The devices of this machine");
+    sub->add_flag(
+        "--check", check_devices_,
+        "Try every kernel on every device on small cases with known results: takes seconds; exit status 4 "
+        "if one is wrong");
     add_print_options(sub);
-    sub->callback([this] { command::devices(common_); });
+    sub->callback([this] { check_devices_ ? command::check_devices(common_) : command::devices(common_); });
   }
 
   void add_bench() {
@@ -393,12 +401,35 @@ class CommandLine {
     sub->add_option("--device", common_.engine.device,
                     "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
         ->capture_default_str();
+    sub->add_flag(
+        "--no-fallback{false}", common_.engine.fallback,
+        "End with exit status 4 where the device fails, instead of going on natively with a warning");
     add_threads(sub);
     add_choice<std::optional<Shape>>(sub, "--shape", common_.engine.tuning.shape,
                                      {{"group", Shape::group}, {"item", Shape::item}},
                                      "How a kernel shares its work: group or item (default: by device)");
     sub->add_option("--workgroup", common_.engine.tuning.workgroup, "Work-items of a workgroup, 0: by device")
         ->check(CLI::Range(0, 1024));
+  }
+
+  CLI::Option* add_memory(CLI::App* sub) {
+    CLI::Option* memory =
+        sub->add_option(
+               "--memory", memory_,
+               "Memory to do with, for example 2G or 512M: boxes (.csv, .npy) that do not fit are cut into "
+               "slabs on disk; the result is the same")
+            ->type_name("SIZE")
+            ->transform(CLI::AsSizeValue(false))
+            ->excludes("--threshold");
+    sub->add_option("--scratch", scratch_, "Folder for these slabs (default: $TMPDIR or /tmp)")
+        ->needs(memory);
+    return memory;
+  }
+
+  command::Common with_budget() const {
+    command::Common common = common_;
+    if (memory_ > 0) common.budget = Budget{memory_, scratch_.empty() ? default_scratch_folder() : scratch_};
+    return common;
   }
 
   /// An option that takes one of a few words.
@@ -458,12 +489,14 @@ class CommandLine {
   command::BenchOptions bench_;
   std::string input_, output_, boxes_, expression_;
   std::vector<std::string> sets_;
+  std::uint64_t memory_ = 0;
+  std::string scratch_;
   std::uint64_t count_ = 0, seed_ = 1;
   std::int64_t edge_ = 0, min_edge_ = 1, universe_ = 32768, size_ = 0;
   int level_ = 0;
   std::vector<std::int64_t> extents_;
   Porosity porosity_;
-  bool as_voxels_ = false;
+  bool as_voxels_ = false, check_devices_ = false;
 };
 
 }  // namespace

@@ -11,8 +11,17 @@
 
 namespace boxunion {
 
+/// Called in a handler of `error`: returns, with a warning, where the run may go on natively; else rethrows
+/// it, if a device failed as Error(device).
+inline void fall_back(const Error& error, const std::string& device, const Options& options) {
+  const bool device_failed = error.kind() == ErrorKind::device || error.kind() == ErrorKind::resources;
+  if (!device_failed || device == "native") throw;
+  if (!options.fallback) throw Error(ErrorKind::device, device + " failed: " + error.what());
+  if (options.warn) options.warn(device + " failed, going on natively: " + error.what());
+}
+
 /// A stage of kernels on a device that may fail: then it goes on natively, with a warning and the same
-/// result.
+/// result, if the options allow that.
 ///
 /// Stage is made from (Device&, const Tuning&) at first use and again after a failure.
 template <class Stage>
@@ -29,9 +38,7 @@ class Resilient {
     try {
       f(stage());
     } catch (const Error& error) {
-      const bool device_failed = error.kind() == ErrorKind::device || error.kind() == ErrorKind::resources;
-      if (!device_failed || device_->info().id == "native") throw;
-      if (options_.warn) options_.warn(device_->info().id + " failed, going on natively: " + error.what());
+      fall_back(error, device_->info().id, options_);
       stage_.reset();
       device_ = open_device("native");
       f(stage());

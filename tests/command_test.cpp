@@ -413,6 +413,12 @@ TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
       EXPECT_TRUE(r.err.starts_with("boxunion: warning: " + id + " failed, going on natively: ")) << r.err;
       EXPECT_EQ(nlohmann::json::parse(r.out).at("device"), "native");
       EXPECT_EQ(folder_.read("out.csv"), folder_.read("native.csv")) << id << call;
+      const Outcome ended =
+          shell("rm out.csv; BOXUNION_FAIL_DEVICE="s + call +
+                " " BOXUNION_COMMAND " boundary a.csv -o out.csv --no-fallback --device " + id);
+      EXPECT_EQ(ended.status, 4) << id << call;
+      EXPECT_TRUE(ended.err.starts_with("boxunion: error: " + id + " failed: ")) << ended.err;
+      EXPECT_EQ(folder_.read("out.csv"), "");
     }
   }
 }

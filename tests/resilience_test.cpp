@@ -75,6 +75,32 @@ TEST_P(Resilience, CellsGoOnNativelyWhereTheDeviceFails) {
   });
 }
 
+/// Fails the first, second, ... call of every kind, until a run makes fewer.
+TEST_P(Resilience, NoFallbackEndsTheRunWhateverFails) {
+  if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
+  const BoxSet boxes = collect(generate_cubes(30, 10'000, kUniverse, 3));
+  const std::vector<Vertex> expected = unite(boxes, {.device = "native"}).vertices;
+  for (const Method method : {Method::cells, Method::slices})
+    for (const std::string call : {"load", "allocate", "upload", "clear", "dispatch", "download", "wait"}) {
+      int n = 1;
+      for (bool failed = true; failed; ++n) {
+        SCOPED_TRACE(call + ":" + std::to_string(n));
+        ::setenv("BOXUNION_FAIL_DEVICE", (call + ":" + std::to_string(n)).c_str(), 1);
+        Options options{.method = method, .device = GetParam(), .fallback = false};
+        options.warn = [](const std::string& line) { ADD_FAILURE() << line; };
+        failed = false;
+        try {
+          EXPECT_TRUE(unite(boxes, options).vertices == expected);
+        } catch (const Error& error) {
+          failed = true;
+          EXPECT_EQ(error.kind(), ErrorKind::device);
+          EXPECT_TRUE(std::string_view(error.what()).starts_with(GetParam() + " failed: ")) << error.what();
+        }
+      }
+      EXPECT_GT(n, 2) << "the run makes no " << call;
+    }
+}
+
 /// While the device computes one batch the next one is cut: either may be lost.
 TEST_P(Resilience, CellsLoseNoBatchWhereTheDeviceFailsLater) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";

@@ -1,0 +1,383 @@
+#include "host/external_union.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/cuts.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/tiles.hpp"
+#include "host/cells_method.hpp"
+#include "host/slab_files.hpp"
+#include "host/slices_method.hpp"
+#include "host/stopwatch.hpp"
+#include "host/vertex_runs.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr std::uint64_t kMiB = 1 << 20;
+// What a run takes beside its boxes: the process, buffers of readers, cells on their way; batches of devices
+// and rectangles of slices.
+constexpr std::uint64_t kBaseBytes = 96 * kMiB, kDeviceBytes = 512 * kMiB, kSlicesBytes = 384 * kMiB;
+constexpr std::uint64_t kLeastBytes = 4 * kMiB;  // for boxes
+// A box in the engine: as ordinals and in tiles; where axes are no lattices, while they are sorted.
+constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176;
+constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
+constexpr std::size_t kMostSlabs = 64;  // cut at once
+constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
+constexpr unsigned kMostDepth = 32;
+
+using Ordinal = std::uint32_t;
+
+std::string text_of(std::uint64_t bytes) {
+  return fmt::format("{} MiB", (bytes + kMiB - 1) / kMiB);
+}
+
+/// What one pass over a file finds.
+struct Survey {
+  LatticeScan lattices;
+  std::uint64_t degenerate = 0;
+  std::vector<Box> sample;
+
+  void join(const Survey& other) {
+    lattices.join(other.lattices);
+    degenerate += other.degenerate;
+    sample.insert(sample.end(), other.sample.begin(), other.sample.end());
+  }
+};
+
+bool is_degenerate(const Box& box) {
+  return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
+}
+
+/// Looks at all boxes of a file. Of invalid ones the first wins.
+Survey survey(const BoxFile& file) {
+  constexpr std::uint64_t kPiece = BoxSource<double>::kPiece;
+  const std::uint64_t step = file.size() / BoxSource<double>::kSample + 1;
+  PerThread<Survey> parts;
+  std::mutex mutex;
+  std::atomic<std::uint64_t> bad_piece = std::numeric_limits<std::uint64_t>::max();
+  std::exception_ptr error;
+  const auto look = [&](std::uint64_t begin, Survey& part) {
+    const BoxSet boxes = file.read(begin, std::min(begin + kPiece, file.size()));
+    const std::size_t invalid = find_invalid(boxes);
+    if (invalid < boxes.size()) validate(boxes[invalid], file.name_of(begin + invalid));
+    part.lattices.add(boxes);
+    part.degenerate += count_degenerate(boxes);
+    for (std::uint64_t i = (step - begin % step) % step; i < boxes.size(); i += step)
+      if (!is_degenerate(boxes[i])) part.sample.push_back(boxes[i]);
+  };
+  parallel_ranges(0, (file.size() + kPiece - 1) / kPiece, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end && piece < bad_piece; ++piece) try {
+        look(piece * kPiece, parts.local());
+      } catch (const Error& e) {
+        if (e.kind() != ErrorKind::input) throw;
+        const std::lock_guard lock(mutex);
+        if (piece < bad_piece) bad_piece = piece, error = std::current_exception();
+      }
+  });
+  if (error) std::rethrow_exception(error);
+  Survey all;
+  parts.for_each([&](const Survey& part) { all.join(part); });
+  return all;
+}
+
+/// The boxes of a file that are not degenerate.
+template <class C>
+class FileSource final : public BoxSource<C> {
+ public:
+  FileSource(const BoxFile& file, const Survey& survey, const Axes& axes)
+      : file_(file), survey_(survey), axes_(axes) {}
+
+  std::uint64_t size() const override { return file_.size(); }
+  std::uint64_t count() const override { return file_.size() - survey_.degenerate; }
+  void read(std::uint64_t begin, std::uint64_t end, std::vector<BoxOf<C>>& boxes) const override {
+    const BoxSet all = file_.read(begin, end);
+    boxes.clear();
+    if constexpr (std::is_same_v<C, Ordinal>)
+      OrdinalSource(all, axes_).read(0, all.size(), [&](const OrdinalBox& b) {
+        boxes.push_back({b.lo[0], b.lo[1], b.lo[2], b.hi[0], b.hi[1], b.hi[2]});
+      });
+    else
+      for (std::size_t i = 0; i < all.size(); ++i)
+        if (const Box box = all[i]; !is_degenerate(box)) boxes.push_back(box);
+  }
+  std::vector<Box> sample() const override {
+    std::vector<Box> sample = survey_.sample;
+    if constexpr (std::is_same_v<C, Ordinal>)
+      for (Box& box : sample)
+        for (unsigned c = 0; c < 6; ++c) box[c] = double(axes_[c % 3].ordinal(box[c]));
+    return sample;
+  }
+
+ private:
+  const BoxFile& file_;
+  const Survey& survey_;
+  const Axes& axes_;
+};
+
+/// All boxes of a source in memory, each as convert(box).
+template <class T, class C, class Convert>
+std::vector<T> load(const BoxSource<C>& source, Convert&& convert) {
+  std::vector<T> all = with_memory("the boxes of a slab", source.count() * sizeof(T),
+                                   [&] { return std::vector<T>(source.count()); });
+  std::atomic<std::size_t> next = 0;
+  source.each_piece([&](std::span<const BoxOf<C>> boxes) {
+    std::size_t place = next.fetch_add(boxes.size());
+    for (const BoxOf<C>& box : boxes) all[place++] = convert(box);
+  });
+  return all;
+}
+
+/// A slab of lattices, on axes of its own: cut ones count from 2^12 at the slab, see kRegionLogEdge.
+Ordinals load_slab(const BoxSource<Ordinal>& source, const RegionOf<Ordinal>& region, const Axes& axes) {
+  std::array<Ordinal, 3> shift{};  // modulo 2^32
+  Ordinals slab;
+  OrdinalBox own;
+  for (unsigned a = 0; a < 3; ++a) {
+    const Ordinal lo = region.lo[a], hi = region.hi[a];
+    const bool moves = lo > 0 && hi - lo < 1u << 31;
+    const std::int64_t by = moves ? (std::int64_t{1} << kRegionLogEdge) - lo : 0;
+    shift[a] = static_cast<Ordinal>(by);
+    own.lo[a] = lo + shift[a];
+    own.hi[a] = hi + shift[a];
+    slab.axes[a] =
+        Axis::lattice(axes[a].base() - by, axes[a].exponent(), std::min(hi, axes[a].count()) + shift[a]);
+  }
+  slab.boxes = load<OrdinalBox>(source, [&](const BoxOf<Ordinal>& b) {
+    return OrdinalBox{{b[0] + shift[0], b[1] + shift[1], b[2] + shift[2]},
+                      {b[3] + shift[0], b[4] + shift[1], b[5] + shift[2]}};
+  });
+  slab.ends = {slab.boxes.size()};
+  slab.region = own;
+  return slab;
+}
+
+/// The first ordinal of an axis whose coordinate is at least `coordinate`.
+Ordinal first_ordinal(const Axis& axis, double coordinate) {
+  Ordinal begin = 1, end = axis.count() + 1;
+  while (begin < end) {
+    const Ordinal middle = begin + (end - begin) / 2;
+    if (axis.coordinate(middle) < coordinate)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return begin;
+}
+
+/// A slab of other axes, which are found anew. They are never all lattices: of those, sums of a part of the
+/// vertices count from where the axes begin.
+Ordinals load_slab(const BoxSource<double>& source, const RegionOf<double>& region, const Axes&) {
+  const BoxSet boxes(load<Box>(source, [](const Box& box) { return box; }));
+  Ordinals slab = make_ordinals(boxes);
+  if (std::ranges::all_of(slab.axes, &Axis::is_lattice)) {
+    slab.axes = make_rank_axes(boxes);
+    slab.boxes = ordinal_boxes(boxes, slab.axes);
+  }
+  slab.region.emplace();
+  for (unsigned a = 0; a < 3; ++a) {
+    slab.region->lo[a] = first_ordinal(slab.axes[a], region.lo[a]);
+    slab.region->hi[a] = first_ordinal(slab.axes[a], region.hi[a]);
+  }
+  return slab;
+}
+
+/// The mass of a slab. Sums over a part of the vertices depend on where coordinates count from, so those on
+/// lattices go to `whole`, a sink of all slabs; integrals over a region do not.
+class SlabMass : public MassSink {
+ public:
+  SlabMass(const Axes& axes, const Axes& whole_axes, MassSink* whole) : MassSink(axes), whole_(whole) {
+    for (unsigned a = 0; a < 3; ++a)
+      shift_[a] = static_cast<Ordinal>(axes[a].base() - whole_axes[a].base());  // modulo 2^32
+  }
+  using MassSink::add;
+  void add(std::span<const Vertex> vertices) override {
+    if (!whole_) return MassSink::add(vertices);
+    std::vector<Vertex> shifted(vertices.begin(), vertices.end());
+    for (Vertex& v : shifted) v.x += shift_[0], v.y += shift_[1], v.z += shift_[2];
+    whole_->add(shifted);
+  }
+
+ private:
+  MassSink* whole_;
+  std::array<Ordinal, 3> shift_{};  // from ordinals of the slab to those of the whole
+};
+
+/// Gives the vertices of a slab to runs that all slabs share.
+class RunsSink : public VertexSink {
+ public:
+  RunsSink(const Axes& axes, VertexRuns& runs) : axes_(axes), runs_(runs) {}
+  void add(std::span<const Vertex> vertices) override { runs_.add(vertices, axes_); }
+
+ private:
+  Axes axes_;
+  VertexRuns& runs_;
+};
+
+}  // namespace
+
+class ExternalUnion::Run {
+ public:
+  Run(const BoxFile& file, const Options& options, const Budget& budget, Report& report)
+      : file_(file), options_(options), budget_(budget), report_(report) {
+    report_ = {};
+    base_ = kBaseBytes;
+    if (options.device != "native" && open_device(options.device)->info().id != "native")
+      base_ += kDeviceBytes;
+    if (options.method == Method::slices) base_ += kSlicesBytes;
+    if (budget_.bytes < base_ + kLeastBytes)
+      throw Error(ErrorKind::resources,
+                  fmt::format("a memory budget of {} is too small: expected at least {}",
+                              text_of(budget_.bytes), text_of(base_ + kLeastBytes)));
+    Stopwatch watch(report_);
+    survey_ = survey(file_);
+    axes_ = survey_.lattices.axes();
+    is_lattice_ = std::ranges::all_of(axes_, [](const Axis& axis) { return axis.count() > 0; });
+    watch.lap("survey");
+  }
+
+  const Survey& found() const { return survey_; }
+  std::uint64_t slabs() const { return slabs_; }
+  std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
+    return base_ + file_.size() * box_bytes() + vertices * bytes_a_vertex;
+  }
+
+  /// Sends all slabs through the engine; use(ordinals) does that with each.
+  template <class Use>
+  void run(std::uint64_t bytes, Use&& use) {
+    slab_boxes_ = bytes / box_bytes();
+    if (budget_.slab_boxes) slab_boxes_ = std::min(slab_boxes_, budget_.slab_boxes);
+    Stopwatch watch(report_);
+    if (is_lattice_) {
+      const RegionOf<Ordinal> all{{0, 0, 0},
+                                  {axes_[0].count() + 1, axes_[1].count() + 1, axes_[2].count() + 1}};
+      solve<Ordinal>(FileSource<Ordinal>(file_, survey_, axes_), all, 0, use);
+    } else {
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      const RegionOf<double> all{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+      solve<double>(FileSource<double>(file_, survey_, axes_), all, 0, use);
+    }
+    watch.total();
+  }
+
+  MassProperties measure() {
+    MassTotals totals;
+    MassSink whole(axes_);
+    run(budget_.bytes - base_, [&](Ordinals slab) {
+      SlabMass sink(slab.axes, axes_, is_lattice_ ? &whole : nullptr);
+      unite(std::move(slab), &sink, sink);
+      totals += sink.totals();
+    });
+    totals += whole.totals();
+    return totals.result();
+  }
+
+  void vertices(const std::function<VertexBlocks(std::uint64_t)>& begin) {
+    const std::uint64_t bytes = budget_.bytes - base_;
+    VertexRuns runs(bytes / 2, thread_count(), ScratchFile(budget_.scratch, options_.interrupted));
+    run(bytes / 2, [&](Ordinals slab) {
+      RunsSink sink(slab.axes, runs);
+      unite(std::move(slab), nullptr, sink);
+    });
+    Stopwatch watch(report_);
+    const VertexBlocks take = begin(runs.count());
+    runs.merge([&](std::span<const PlacedVertex> block) { take(block); });
+    watch.lap("merge and write");
+    watch.total();
+  }
+
+ private:
+  std::uint64_t box_bytes() const { return is_lattice_ ? kLatticeBoxBytes : kGeneralBoxBytes; }
+
+  template <class C, class Use>
+  void solve(const BoxSource<C>& source, const RegionOf<C>& region, unsigned depth, Use& use) {
+    if (source.count() <= slab_boxes_) {
+      Stopwatch watch(report_);
+      Ordinals slab = load_slab(source, region, axes_);
+      watch.lap("read");
+      return use(std::move(slab));
+    }
+    Stopwatch watch(report_);
+    const double share = kFill * double(slab_boxes_) / double(source.count());
+    const auto cuts = choose_cuts(source.sample(), share, kMostSlabs);
+    if (!cuts || depth == kMostDepth)
+      throw Error(
+          ErrorKind::resources,
+          fmt::format("{} boxes lie so deep over each other that no cut helps: they need about {} of "
+                      "memory, the budget is {}",
+                      source.count(), text_of(base_ + source.count() * box_bytes()), text_of(budget_.bytes)));
+    auto slabs = distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted);
+    watch.lap("cut");
+    if (depth == 0)
+      for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();
+    for (auto& slab : slabs) {
+      if (slab->count() > 0) solve<C>(*slab, slab->region(), depth + 1, use);
+      slab.reset();  // gives its disk back
+    }
+  }
+
+  std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, (budget_.bytes - base_) / 2); }
+
+  /// The union of a slab, as far as the slab owns it; see combine_by_cells about `mass`.
+  void unite(Ordinals slab, MassSink* mass, VertexSink& sink) {
+    Options options = options_;
+    const std::uint64_t count = slab.boxes.size(), all = std::max(boxes_in_slabs_, count);
+    if (options.progress)
+      options.progress = [&, done = boxes_done_](double fraction) {
+        options_.progress(std::min(1.0, (double(done) + fraction * double(count)) / double(all)));
+      };
+    if (options.method == Method::cells) {
+      combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
+    } else {
+      RegionFilter filter(*slab.region, sink);
+      unite_by_slices(std::move(slab.boxes), options, filter, report_);
+    }
+    if (report_.device == "native") options_.device = "native";  // a device that failed is left alone
+    boxes_done_ += count;
+    ++slabs_;
+  }
+
+  const BoxFile& file_;
+  Options options_;
+  Budget budget_;
+  Report& report_;
+  std::uint64_t base_ = 0;
+  Survey survey_;
+  Axes axes_;
+  bool is_lattice_ = false;
+  std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
+};
+
+ExternalUnion::ExternalUnion(const BoxFile& boxes, const Options& options, const Budget& budget,
+                             Report& report)
+    : run_(std::make_unique<Run>(boxes, options, budget, report)) {}
+ExternalUnion::~ExternalUnion() = default;
+
+std::uint64_t ExternalUnion::degenerate_boxes() const {
+  return run_->found().degenerate;
+}
+std::uint64_t ExternalUnion::slabs() const {
+  return run_->slabs();
+}
+std::uint64_t ExternalUnion::bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
+  return run_->bytes_in_memory(vertices, bytes_a_vertex);
+}
+MassProperties ExternalUnion::measure() {
+  return run_->measure();
+}
+void ExternalUnion::vertices(const std::function<VertexBlocks(std::uint64_t)>& begin) {
+  run_->vertices(begin);
+}
+
+}  // namespace boxunion

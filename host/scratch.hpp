@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace boxunion {
+
+/// A file for what does not fit memory. It has no name, so however the process ends, nothing is left of it.
+class ScratchFile {
+ public:
+  /// Throws Error(input) where `folder` takes no files. Where `interrupted` becomes true, the next read or
+  /// write throws Error(interrupted).
+  explicit ScratchFile(const std::string& folder, const std::atomic<bool>* interrupted = nullptr);
+  ScratchFile(ScratchFile&& other) noexcept;
+  ScratchFile& operator=(ScratchFile&&) = delete;
+  ~ScratchFile();
+
+  std::uint64_t size() const { return size_; }
+  /// Appends bytes and returns their offset; throws Error(resources) where the disk is full or fails.
+  /// Thread-safe: what others append may come before or after, never between.
+  std::uint64_t append(std::span<const char> bytes);
+  /// Fills `bytes` from `offset` with what was appended there. Thread-safe.
+  void read_at(std::uint64_t offset, std::span<char> bytes) const;
+
+ private:
+  void check_interrupted() const;
+  [[noreturn]] void fail(const char* action, int error_number) const;
+
+  std::string folder_;
+  const std::atomic<bool>* interrupted_;
+  int file_ = -1;
+  std::atomic<std::uint64_t> size_ = 0;
+};
+
+/// $TMPDIR, or /tmp.
+std::string default_scratch_folder();
+
+}  // namespace boxunion

@@ -1,0 +1,285 @@
+// More boxes than memory: whatever fits, the result is the same to the last bit, and nothing is left behind.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "core/cuts.hpp"
+#include "core/error.hpp"
+#include "core/generate.hpp"
+#include "host/external_union.hpp"
+#include "tests/command.hpp"
+#include "tests/every_device.hpp"
+#include "tests/temporary.hpp"
+
+namespace boxunion {
+namespace {
+
+/// Boxes in memory that are read like a file.
+class BoxesInMemory final : public BoxFile {
+ public:
+  explicit BoxesInMemory(const BoxSet& boxes) : boxes_(boxes) {}
+  std::uint64_t size() const override { return boxes_.size(); }
+  BoxSet read(std::uint64_t begin, std::uint64_t end) const override {
+    return boxes_.visit([&]<class T>(const std::vector<BoxOf<T>>& all) {
+      return BoxSet(
+          std::vector<BoxOf<T>>(all.begin() + std::ptrdiff_t(begin), all.begin() + std::ptrdiff_t(end)));
+    });
+  }
+  std::string name_of(std::uint64_t row) const override { return "row " + std::to_string(row + 1); }
+
+ private:
+  const BoxSet& boxes_;
+};
+
+struct Input {
+  std::string name;
+  BoxSet boxes;
+};
+
+/// Random boxes of all kinds; the seed is printed.
+std::vector<Input> inputs() {
+  const std::uint64_t seed = std::random_device{}();
+  std::cout << "seed " << seed << '\n';
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution(lo, hi)(random); };
+  std::vector<Box> doubles, clustered, one_plane, mixed;
+  for (int i = 0; i < 3000; ++i) {
+    const auto add = [&](std::vector<Box>& boxes, double x, double y, double z, double edge) {
+      boxes.push_back({x, y, z, x + uniform(0, edge), y + uniform(0, edge), z + uniform(0, edge)});
+    };
+    add(doubles, uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), 0.1);
+    const double scale = std::exp(uniform(-20, 0));
+    add(clustered, scale * uniform(0, 1), scale * uniform(0, 1), scale * uniform(0, 1), scale);
+    add(one_plane, uniform(0, 1), uniform(0, 1), 0, 0.03);
+    one_plane.back()[5] = 1;
+    add(mixed, std::floor(uniform(0, 300)), uniform(0, 1), std::floor(uniform(0, 300)), 0.1);
+    for (const int c : {3, 5}) mixed.back()[std::size_t(c)] = mixed.back()[std::size_t(c - 3)] + 7;
+  }
+  doubles.push_back({0, 0, 0, 0, 1, 1});  // degenerate
+  std::vector<IntegerBox> touching;
+  for (int i = 0; i < 4000; ++i) {
+    const auto at = [&] { return int(random() % 15); };
+    const int x = at(), y = at(), z = at();
+    touching.push_back({x, y, z, x + 1, y + 1, z + int(random() % 3)});
+  }
+  return {{"sparse", collect(generate_cubes(4000, 300, 32768, seed))},
+          {"dense", collect(generate_boxes(3000, 0, 40, 200, seed))},
+          {"wide", collect(generate_boxes(2000, 1, 1 << 28, (1ll << 31) - 1, seed))},
+          {"large", collect(generate_boxes(500, 1, 9000, 10'000, seed))},
+          {"touching", touching},
+          {"checkerboard", collect(generate_checkerboard(16))},
+          {"sponge", collect(generate_sponge(3))},
+          {"doubles", doubles},
+          {"clustered", clustered},
+          {"one plane", one_plane},
+          {"mixed", mixed},
+          {"degenerate", std::vector<IntegerBox>(100, IntegerBox{1, 2, 3, 1, 4, 5})},
+          {"none", std::vector<Box>()}};
+}
+
+std::vector<PlacedVertex> placed(const Solid& solid) {
+  std::vector<PlacedVertex> all;
+  for (const Vertex& v : solid.vertices) all.push_back(place(v, solid.axes));
+  return all;
+}
+
+struct External : EveryDevice {
+  /// Compares both results of slabs of at most `most` boxes with those in memory.
+  static void expect_same(const Input& input, const Options& options, std::uint64_t most) try {
+    SCOPED_TRACE(input.name + ", slabs of " + std::to_string(most));
+    const BoxesInMemory file(input.boxes);
+    const TemporaryFolder scratch;
+    const Budget budget{std::uint64_t{2} << 30, scratch.path(), most};
+    Report report;
+    ExternalUnion by_mass(file, options, budget, report);
+    EXPECT_TRUE(by_mass.measure() == measure(input.boxes, options));
+    EXPECT_EQ(by_mass.degenerate_boxes(), count_degenerate(input.boxes));
+    EXPECT_EQ(by_mass.slabs() > 1, input.boxes.size() - count_degenerate(input.boxes) > most);
+
+    std::vector<PlacedVertex> found;
+    std::uint64_t announced = 0;
+    ExternalUnion(file, options, budget, report).vertices([&](std::uint64_t count) {
+      announced = count;
+      return
+          [&](std::span<const PlacedVertex> block) { found.insert(found.end(), block.begin(), block.end()); };
+    });
+    const std::vector<PlacedVertex> expected = placed(unite(input.boxes, options));
+    EXPECT_EQ(announced, found.size());
+    EXPECT_TRUE(std::ranges::equal(found, expected, [](const PlacedVertex& a, const PlacedVertex& b) {
+      return a.point == b.point && a.mask == b.mask;
+    }));
+    EXPECT_EQ(scratch.file_count(), 0u);
+  } catch (const Error& error) {
+    ADD_FAILURE() << input.name << ", slabs of " << most << ": " << error.what();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Devices, External, testing::ValuesIn(device_ids()), device_name);
+
+TEST_P(External, IsTheSameToTheLastBitInSlabsOfAnySize) {
+  const bool native = GetParam() == "native";
+  for (const Input& input : inputs())
+    for (const Method method : {Method::cells, Method::slices}) {
+      if (method == Method::slices && input.name != "dense" && input.name != "touching" &&
+          input.name != "mixed")
+        continue;  // the others have many rectangles in their slabs
+      // a device is opened for every slab
+      if (!native && (method == Method::slices || input.name != "doubles")) continue;
+      std::vector<std::uint64_t> sizes = {native ? 1000u : 2000u, 1'000'000};
+      // deep down cuts copy more boxes than they separate, and it says so: another test
+      if (native && method == Method::cells && (input.name == "sparse" || input.name == "doubles"))
+        sizes.push_back(60);
+      if (input.name == "clustered") sizes = {1500, 1'000'000};
+      for (const std::uint64_t most : sizes) {
+        if (most < 1'000'000 && (input.name == "wide" || input.name == "large" || input.name == "degenerate"))
+          continue;  // hardly any cut separates these
+        expect_same(input, {.method = method, .device = GetParam()}, most);
+      }
+    }
+}
+
+TEST(ExternalCuts, GoAsFarAsTheyHelp) {
+  const BoxSet wide = collect(generate_boxes(2000, 1, 1 << 28, (1ll << 31) - 1, 5));
+  External::expect_same({"wide", wide}, {.device = "native"}, 900);
+  const BoxSet large = collect(generate_boxes(500, 1, 900, 10'000, 5));
+  External::expect_same({"large", large}, {.device = "native"}, 100);
+}
+
+/// What the engine says, or "".
+std::string error_of(const BoxSet& boxes, const Budget& budget, ErrorKind kind) try {
+  const BoxesInMemory file(boxes);
+  Report report;
+  const Options options{.device = "native"};
+  ExternalUnion(file, options, budget, report).measure();
+  return "";
+} catch (const Error& error) {
+  EXPECT_EQ(error.kind(), kind);
+  return error.what();
+}
+
+TEST(ExternalErrors, SayWhatIsNeeded) {
+  const TemporaryFolder scratch;
+  const Budget budget{std::uint64_t{1} << 30, scratch.path(), 100};
+  const BoxSet alike(std::vector<IntegerBox>(1000, IntegerBox{0, 0, 0, 9, 9, 9}));
+  EXPECT_EQ(error_of(alike, budget, ErrorKind::resources),
+            "1000 boxes lie so deep over each other that no cut helps: they need about 97 MiB of memory, the "
+            "budget is 1024 MiB");
+  EXPECT_EQ(error_of(alike, {1 << 20, scratch.path()}, ErrorKind::resources),
+            "a memory budget of 1 MiB is too small: expected at least 100 MiB");
+  EXPECT_EQ(error_of(collect(generate_cubes(1000, 2, 100, 1)), {std::uint64_t{1} << 30, "/none", 100},
+                     ErrorKind::input),
+            "/none: cannot create scratch files: No such file or directory");
+}
+
+TEST(ExternalErrors, TheFirstInvalidBoxWins) {
+  std::vector<Box> boxes(300'000, Box{0, 0, 0, 1, 1, 1});
+  boxes[299'999] = boxes[150'000] = {0, 0, 0, 1, -1, 1};
+  EXPECT_EQ(error_of(boxes, {std::uint64_t{1} << 30, "/tmp"}, ErrorKind::input),
+            "row 150001: ymin is 0 and ymax is -1, expected ymin <= ymax");
+}
+
+TEST(Cuts, GiveEverySlabItsShare) {
+  std::mt19937_64 random(7);
+  std::vector<Box> boxes;
+  for (int i = 0; i < 20'000; ++i) {
+    const double x = double(random() % 1000), z = std::pow(double(random() % 1000), 3);
+    boxes.push_back({x, 0, z, x + 1, 1, z + 100});
+  }
+  const auto cuts = choose_cuts(boxes, 0.1, 64);
+  ASSERT_TRUE(cuts);
+  EXPECT_NE(cuts->axis, 1);  // on which all are alike
+  EXPECT_LE(cuts->largest, 0.1);
+  EXPECT_LT(cuts->copies, 1.1);
+  EXPECT_TRUE(std::ranges::is_sorted(cuts->at));
+  double begin = -INFINITY;
+  for (std::size_t slab = 0; slab <= cuts->at.size(); ++slab) {
+    const double end = slab < cuts->at.size() ? cuts->at[slab] : INFINITY;
+    const auto axis = std::size_t(cuts->axis);
+    const auto touches = [&](const Box& box) { return box[axis] < end && box[axis + 3] >= begin; };
+    EXPECT_LE(std::ranges::count_if(boxes, touches), 2000);
+    begin = end;
+  }
+  EXPECT_FALSE(choose_cuts(std::vector<Box>(100, Box{0, 0, 0, 1, 1, 1}), 0.1, 64));
+}
+
+/// Without what differs from run to run.
+nlohmann::json results(nlohmann::json json) {
+  for (const char* key : {"seconds", "slabs"}) json.erase(key);
+  return json;
+}
+
+TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve more than any limit";
+#endif
+  run("generate cubes --count 2000000 --edge 60 -o a.npy --quiet");
+  const std::string native = " --json --device native --threads 2";
+  const nlohmann::json expected = results(json("measure a.npy" + native));
+  for (const std::string memory : {"102M", "120M", "1G"}) {
+    const nlohmann::json found = json("measure a.npy --memory " + memory + native);
+    EXPECT_EQ(results(found), expected) << memory;
+    EXPECT_EQ(found.at("slabs") == 1, memory == "1G");
+  }
+  // 200 000 KB for boxes that take 240 MB as doubles, and more than that as vertices
+  run("generate boxes --count 200000 --max-edge 60 -o b.csv --quiet");
+  run("boundary b.csv -o expected.npy --device native");
+  for (const std::string out : {"v.npy", "v.csv"}) {
+    const Outcome r =
+        shell("ulimit -v 300000; " BOXUNION_COMMAND " boundary b.csv --memory 128M -o " + out + native);
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_GT(nlohmann::json::parse(r.out).at("slabs"), 1);
+  }
+  EXPECT_TRUE(folder_.read("v.npy") == folder_.read("expected.npy"));
+  run("boundary b.csv -o expected.csv --device native");
+  EXPECT_TRUE(folder_.read("v.csv") == folder_.read("expected.csv"));
+  const Outcome piped = run("measure - --memory 128M < b.csv");
+  EXPECT_EQ(piped.status, 0) << piped.err;
+}
+
+TEST_F(Command, ABudgetThatCannotBeKeptExitsWith5) {
+  run("generate cubes --count 300000 --edge 60 -o a.npy --quiet");
+  const Outcome mesh = run("boundary a.npy -o a.ply --memory 128M");
+  EXPECT_EQ(mesh.status, 5);
+  EXPECT_TRUE(mesh.err.starts_with("boxunion: error: a mesh of 2")) << mesh.err;
+  EXPECT_EQ(run("decompose a.npy -o a.csv --memory 128M").status, 5);
+  EXPECT_EQ(folder_.file_count(), 1u);
+  run("generate cubes --count 3000 --edge 60 -o b.npy --quiet");
+  for (const std::string command : {"boundary b.npy -o b.ply", "decompose b.npy -o b.csv"})
+    EXPECT_EQ(run(command + " --memory 128M").status, 0);
+  expect_error("measure b.npy --memory much", 2,
+               "--memory: much unit not recognized. Allowed values: "
+               "{b,e,eb,ei,eib,g,gb,gi,gib,k,kb,ki,kib,m,mb,mi,mib,p,pb,pi,pib,t,tb,ti,tib}");
+  expect_error("measure b.npy --scratch .", 2, "--scratch requires --memory");
+}
+
+TEST_F(Command, ScratchFilesAreGoneHoweverARunEnds) {
+  run("generate cubes --count 3000000 --edge 30 -o a.npy --quiet");
+  std::filesystem::create_directory(folder_.file("scratch"));
+  const auto left = [&] {
+    return std::distance(std::filesystem::directory_iterator(folder_.file("scratch")), {});
+  };
+  const std::string measure = " measure a.npy --memory 104M --scratch scratch --device native";
+  EXPECT_EQ(run(measure).status, 0);
+  EXPECT_EQ(left(), 0);
+  for (const std::string seconds : {"0.1", "0.3"}) {
+    const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds +
+                            " " BOXUNION_COMMAND + measure);
+    EXPECT_EQ(r.status, 130);
+    EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
+    EXPECT_EQ(left(), 0);
+  }
+  const Outcome killed = shell("timeout --foreground -s KILL 0.2 " BOXUNION_COMMAND + measure);
+  EXPECT_NE(killed.status, 0);
+  EXPECT_EQ(left(), 0);
+  const Outcome full = shell("trap '' XFSZ; ulimit -f 1000; " BOXUNION_COMMAND + measure);
+  EXPECT_EQ(full.status, 5);
+  EXPECT_EQ(full.err, "boxunion: error: scratch: cannot write scratch files: File too large\n");
+  EXPECT_EQ(left(), 0);
+  expect_error("measure a.npy --memory 104M --scratch none", 3,
+               "none: cannot create scratch files: No such file or directory");
+}
+
+}  // namespace
+}  // namespace boxunion
