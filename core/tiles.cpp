@@ -161,45 +161,42 @@ void TileGrid::mark_covered() {
 /// Puts a chunk's boxes into its shares of the tiles.
 void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
   chunk.shares.resize(size());
-  const auto put = [&](std::size_t tile, const PackedBox& box) {
-    Share& share = chunk.shares[tile];
-    const std::uint32_t place = share.count++ & (block_ - 1);
-    if (place == 0) add_block(chunk, tile);
-    share.last[place] = box;
-  };
   const std::array<std::uint32_t, 3> edges = full_edge();
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
     const TileRange range = touched(box);
-    if (range.one()) {  // by far the most boxes
-      const std::size_t tile = index(range.from[0], range.from[1], range.from[2]);
-      if (covered(tile)) return;
-      const auto within = [&](const std::array<std::uint32_t, 3>& p) {
-        return packed::pack(p[0] & (edges[0] - 1), p[1] & (edges[1] - 1), p[2] & (edges[2] - 1)) + ones;
-      };
-      put(tile, {within(box.lo), within(box.hi)});
-      return;
-    }
-    TileRange own = range;
-    for (int a = 0; a < 3; ++a) {
-      own.from[a] = std::max(own.from[a], plan_.first[a]);
-      own.to[a] = std::min(own.to[a], plan_.first[a] + plan_.tiles[a] - 1);
-    }
-    for (std::uint32_t z = own.from[2]; z <= own.to[2]; ++z)
-      for (std::uint32_t y = own.from[1]; y <= own.to[1]; ++y)
-        for (std::uint32_t x = own.from[0]; x <= own.to[0]; ++x) {
-          const std::size_t tile = index(x, y, z);
-          if (covered(tile)) continue;
-          const std::array<std::uint32_t, 3> at{x, y, z};
-          std::array<std::uint32_t, 3> lo, hi;
-          for (int a = 0; a < 3; ++a) {
-            const std::uint32_t corner = at[a] << plan_.log_edge[a];
-            lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
-            hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
-          }
-          put(tile, {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])});
-        }
+    if (!range.one()) return scatter_wide(box, range, chunk);
+    // by far the most boxes
+    const std::size_t tile = index(range.from[0], range.from[1], range.from[2]);
+    if (covered(tile)) return;
+    const auto within = [&](const std::array<std::uint32_t, 3>& p) {
+      return packed::pack(p[0] & (edges[0] - 1), p[1] & (edges[1] - 1), p[2] & (edges[2] - 1)) + ones;
+    };
+    put(chunk, tile, {within(box.lo), within(box.hi)});
   });
+}
+
+/// The same of a box that touches several tiles.
+void TileGrid::scatter_wide(const OrdinalBox& box, TileRange range, Chunk& chunk) const {
+  const std::array<std::uint32_t, 3> edges = full_edge();
+  for (int a = 0; a < 3; ++a) {
+    range.from[a] = std::max(range.from[a], plan_.first[a]);
+    range.to[a] = std::min(range.to[a], plan_.first[a] + plan_.tiles[a] - 1);
+  }
+  for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
+    for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)
+      for (std::uint32_t x = range.from[0]; x <= range.to[0]; ++x) {
+        const std::size_t tile = index(x, y, z);
+        if (covered(tile)) continue;
+        const std::array<std::uint32_t, 3> at{x, y, z};
+        std::array<std::uint32_t, 3> lo, hi;
+        for (int a = 0; a < 3; ++a) {
+          const std::uint32_t corner = at[a] << plan_.log_edge[a];
+          lo[a] = box.lo[a] < corner ? 0 : box.lo[a] - corner + 1;
+          hi[a] = std::min(box.hi[a] - corner, edges[a]) + 1;
+        }
+        put(chunk, tile, {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])});
+      }
 }
 
 /// Gives the chunk's share of a tile an empty block. The first slab of blocks is meant to be enough.

@@ -117,7 +117,14 @@ class TileGrid {
   void read(const OrdinalSource& source, const Chunk& chunk, F&& f) const;
   void survey(const OrdinalSource& source, Chunk& chunk) const;
   void mark_covered();
+  void put(Chunk& chunk, std::size_t tile, const PackedBox& box) const {
+    Share& share = chunk.shares[tile];
+    const std::uint32_t place = share.count++ & (block_ - 1);
+    if (place == 0) add_block(chunk, tile);
+    share.last[place] = box;
+  }
   void scatter(const OrdinalSource& source, Chunk& chunk) const;
+  void scatter_wide(const OrdinalBox& box, TileRange range, Chunk& chunk) const;
   void add_block(Chunk& chunk, std::size_t tile) const;
   void collect_pieces();
 
