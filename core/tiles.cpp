@@ -164,10 +164,15 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
   const std::array<std::uint32_t, 3> edges = full_edge();
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
-    const TileRange range = touched(box);
-    if (!range.one()) return scatter_wide(box, range, chunk);
-    // by far the most boxes
-    const std::size_t tile = index(range.from[0], range.from[1], range.from[2]);
+    std::uint32_t across = 0;  // borders of tiles
+    std::array<std::uint32_t, 3> at;
+    for (int a = 0; a < 3; ++a) {
+      at[a] = box.lo[a] >> plan_.log_edge[a];
+      across |= at[a] ^ box.hi[a] >> plan_.log_edge[a];
+    }
+    if (across) [[unlikely]]
+      return scatter_wide(box, chunk);
+    const std::size_t tile = index(at[0], at[1], at[2]);
     if (covered(tile)) return;
     const auto within = [&](const std::array<std::uint32_t, 3>& p) {
       return packed::pack(p[0] & (edges[0] - 1), p[1] & (edges[1] - 1), p[2] & (edges[2] - 1)) + ones;
@@ -177,7 +182,8 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
 }
 
 /// The same of a box that touches several tiles.
-void TileGrid::scatter_wide(const OrdinalBox& box, TileRange range, Chunk& chunk) const {
+void TileGrid::scatter_wide(OrdinalBox box, Chunk& chunk) const {
+  TileRange range = touched(box);
   const std::array<std::uint32_t, 3> edges = full_edge();
   for (int a = 0; a < 3; ++a) {
     range.from[a] = std::max(range.from[a], plan_.first[a]);

@@ -124,7 +124,7 @@ class TileGrid {
     share.last[place] = box;
   }
   void scatter(const OrdinalSource& source, Chunk& chunk) const;
-  void scatter_wide(const OrdinalBox& box, TileRange range, Chunk& chunk) const;
+  void scatter_wide(OrdinalBox box, Chunk& chunk) const;
   void add_block(Chunk& chunk, std::size_t tile) const;
   void collect_pieces();
 
