@@ -161,7 +161,7 @@ Job make_job(std::uint64_t seed, const std::vector<std::string>& devices) {
     job.failure = fmt::format(
         "{}:{}",
         random.one_of<std::string>({"load", "allocate", "upload", "clear", "dispatch", "download", "wait"}),
-        1 + random.below(5));
+        1 + random.below(8));
   return job;
 }
 
