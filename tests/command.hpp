@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "tests/temporary.hpp"
 
@@ -16,6 +17,15 @@ struct Outcome {
   int status = -1;
   std::string out, err;
 };
+
+/// Seconds after which a run of some million boxes has begun and not ended.
+inline std::vector<std::string> interrupt_times() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return {"0.7", "1.4"};  // such a command takes long to start
+#else
+  return {"0.1", "0.2"};
+#endif
+}
 
 /// Runs the built command as a user would who has no tuning file.
 class Command : public testing::Test {

@@ -224,7 +224,7 @@ TEST_F(Command, OutOfMemoryExitsWith5AndSaysHowMuchWasNeeded) {
 TEST_F(Command, AnInterruptedRunLeavesTheOldOutput) {
   ASSERT_EQ(run("generate cubes --count 5000000 --edge 30 -o big.npy --quiet").status, 0);
   folder_.write("out.csv", "old");
-  for (const std::string seconds : {"0.05", "0.2", "0.4"}) {
+  for (const std::string& seconds : interrupt_times()) {
     const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds +
                             " " BOXUNION_COMMAND " boundary big.npy -o out.csv --device native");
     EXPECT_EQ(r.status, 130);

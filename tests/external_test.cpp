@@ -255,7 +255,7 @@ TEST_F(Command, ABudgetThatCannotBeKeptExitsWith5) {
 }
 
 TEST_F(Command, ScratchFilesAreGoneHoweverARunEnds) {
-  run("generate cubes --count 3000000 --edge 30 -o a.npy --quiet");
+  run("generate cubes --count 6000000 --edge 30 -o a.npy --quiet");
   std::filesystem::create_directory(folder_.file("scratch"));
   const auto left = [&] {
     return std::distance(std::filesystem::directory_iterator(folder_.file("scratch")), {});
@@ -263,7 +263,7 @@ TEST_F(Command, ScratchFilesAreGoneHoweverARunEnds) {
   const std::string measure = " measure a.npy --memory 104M --scratch scratch --device native";
   EXPECT_EQ(run(measure).status, 0);
   EXPECT_EQ(left(), 0);
-  for (const std::string seconds : {"0.1", "0.3"}) {
+  for (const std::string& seconds : interrupt_times()) {
     const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds +
                             " " BOXUNION_COMMAND + measure);
     EXPECT_EQ(r.status, 130);
