@@ -142,8 +142,8 @@ Axis rank_of(std::span<T> entries, std::span<T> scratch, F&& f) {
 
 template <class Boxes>
 Axis rank_of(const Boxes& boxes, unsigned axis) {
-  Scratch<std::uint64_t> memory(2 * boxes.size()), scratch(2 * boxes.size());
-  const std::span<std::uint64_t> bits = memory;
+  auto bits = make_array<std::uint64_t>(2 * boxes.size(), "sorting coordinates");
+  auto scratch = make_array<std::uint64_t>(2 * boxes.size(), "sorting coordinates");
   parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       bits[2 * i] = ordered_bits(double(boxes[i][axis]));
@@ -159,8 +159,8 @@ Ordinals rank_boxes(const Boxes& all, const Axes& lattices) {
   Ordinals ordinals{lattices, {}, {}};
   const SolidBoxes boxes(all);
   ordinals.boxes = convert(boxes, ordinals.axes);
-  Scratch<Entry> memory(2 * boxes.count()), scratch(2 * boxes.count());
-  const std::span<Entry> entries = memory;
+  auto entries = make_array<Entry>(2 * boxes.count(), "sorting coordinates");
+  auto scratch = make_array<Entry>(2 * boxes.count(), "sorting coordinates");
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (ordinals.axes[axis].count() > 0) continue;
     boxes.each([&](const auto& box, std::size_t place) {

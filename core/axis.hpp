@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -61,6 +62,19 @@ class Axis {
   std::uint32_t count_ = 0;
   double scale_before_ = 1, scale_after_ = 1, first_ = 0;
   std::vector<double> ranks_;
+};
+
+/// An axis as a function: what Axis::coordinate gives, without a call to the mathematical library.
+class Coordinates {
+ public:
+  explicit Coordinates(const Axis& axis) : axis_(&axis), step_(std::ldexp(1.0, axis.exponent())) {}
+  double operator()(std::uint32_t ordinal) const {
+    return axis_->is_lattice() ? double(axis_->base() + ordinal) * step_ : axis_->coordinate(ordinal);
+  }
+
+ private:
+  const Axis* axis_;
+  double step_;
 };
 
 /// The three axes of a set of boxes, each a lattice where the coordinates allow it.

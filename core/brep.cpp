@@ -4,13 +4,12 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/face_sweep.hpp"
 #include "core/memory.hpp"
+#include "core/plane_sweep.hpp"
 
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kChunkVertices = 1 << 13;
 constexpr std::size_t kEdgeChunks = 64;
 constexpr std::uint32_t kNone = Points::kNone;
 
@@ -82,17 +81,15 @@ struct FacePart {
 /// Finds the faces of one plane at a time.
 class PlaneFaces {
  public:
-  PlaneFaces(const Solid& solid, const Points& points) : solid_(&solid), points_(&points) {}
+  explicit PlaneFaces(const Points& points) : points_(&points) {}
 
-  void add(int axis, std::span<const std::uint32_t> plane, FacePart& part) {
+  void add(int axis, std::span<const PlaneVertex> plane, FacePart& part) {
     axis_ = axis;
     plane_ = plane;
-    vertices_.assign(*solid_, axis, plane);
+    sweep_.assign(axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
       links_.corners.clear();
-      sweep_.run(
-          vertices_.size(), vertices_.columns(), [&](std::size_t i) { return vertices_.column(i); },
-          [&](std::size_t i) { return vertices_.quadrants(i, side); }, links_);
+      sweep_.run(side, links_);
       find_loops();
       for (std::size_t i = 0; i < loops_.size(); ++i) {
         write_loop(loops_[i].first, side, part);
@@ -147,24 +144,20 @@ class PlaneFaces {
 
   /// The midpoint of the edge from a corner to the next one, or kNone.
   std::uint32_t midpoint_after(const Corner& corner, unsigned side) const {
-    const std::uint32_t from = plane_[corner.vertex], to = plane_[links_.corners[corner.next].vertex];
-    const int column_axis = (axis_ + 1) % 3, row_axis = (axis_ + 2) % 3;
-    const Vertex &a = solid_->vertices[from], &b = solid_->vertices[to];
-    const bool along_row = ordinal(a, row_axis) == ordinal(b, row_axis);
-    const int edge_axis = along_row ? column_axis : row_axis;
-    const bool ascends = ordinal(a, edge_axis) < ordinal(b, edge_axis);
+    const PlaneVertex &from = plane_[corner.vertex], &to = plane_[links_.corners[corner.next].vertex];
+    const bool along_row = from.row == to.row;
+    const int edge_axis = (axis_ + (along_row ? 1 : 2)) % 3;
+    const bool ascends = along_row ? from.column < to.column : from.row < to.row;
     const Quadrant inside =
         along_row ? (ascends ? right_above : left_below) : (ascends ? left_above : right_below);
     const unsigned sector = octant_at(axis_, side, inside) >> (edge_axis + 1) % 3 & 1u;
-    return points_->between(ascends ? from : to, edge_axis, int(sector));
+    return points_->between((ascends ? from : to).vertex, edge_axis, int(sector));
   }
 
-  const Solid* solid_;
   const Points* points_;
   int axis_ = 0;
-  std::span<const std::uint32_t> plane_;
-  PlaneVertices vertices_;
-  FaceSweep<CornerLinks::Interval> sweep_;
+  std::span<const PlaneVertex> plane_;
+  PlaneSweep<CornerLinks::Interval> sweep_;
   CornerLinks links_;
   std::vector<Loop> loops_;
 };
@@ -211,27 +204,16 @@ Faces joined(const std::vector<FacePart>& parts) {
 
 }  // namespace
 
-Faces find_faces(const Solid& solid, const Planes& planes, const Points& points) {
-  struct Chunk {
-    int axis;
-    std::size_t begin, end;  // planes
-  };
-  std::vector<Chunk> chunks;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<std::uint32_t>& first = planes[axis].first;
-    for (std::size_t begin = 0, end = 0; begin < planes[axis].planes(); begin = end) {
-      while (end < planes[axis].planes() && first[end] < first[begin] + kChunkVertices) ++end;
-      chunks.push_back({axis, begin, end});
-    }
-  }
+Faces find_faces(const Planes& planes, const Points& points) {
+  const std::vector<PlaneChunk> chunks = cut_into_chunks(planes);
   std::vector<FacePart> parts(chunks.size());
-  PerThread<PlaneFaces> finders(PlaneFaces(solid, points));
+  PerThread<PlaneFaces> finders{PlaneFaces(points)};
   parallel_ranges(0, chunks.size(), 1, [&](std::size_t first, std::size_t last) {
     PlaneFaces& finder = finders.local();
     for (std::size_t i = first; i < last; ++i) {
       const PlaneOrder& order = planes[chunks[i].axis];
       // Most vertices are a corner of one face an axis.
-      parts[i].loop_points.reserve((order.first[chunks[i].end] - order.first[chunks[i].begin]) * 5 / 4);
+      parts[i].loop_points.reserve(order.vertices_of(chunks[i]).size() * 5 / 4);
       for (std::size_t p = chunks[i].begin; p < chunks[i].end; ++p)
         finder.add(chunks[i].axis, order.plane(p), parts[i]);
     }
@@ -239,17 +221,17 @@ Faces find_faces(const Solid& solid, const Planes& planes, const Points& points)
   return joined(parts);
 }
 
-Array<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points) {
+Array<Edge> find_edges(const Planes& planes, const Points& points) {
   std::array<std::vector<Edge>, 3 * kEdgeChunks> parts;
   const bool split = points.contacts() == NonManifold::split;
-  for_each_edge(solid, planes, kEdgeChunks,
-                [&](std::size_t chunk, int axis, std::uint32_t lower, std::uint32_t upper) {
+  for_each_edge(planes, kEdgeChunks,
+                [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
                   std::vector<Edge>& part = parts[std::size_t(axis) * kEdgeChunks + chunk];
-                  const int copies = split ? kOctants[solid.vertices[lower].mask].edges[2 * axis] : 1;
+                  const int copies = split ? kOctants[lower.mask].edges[2 * axis] : 1;
                   for (int sector = 0; sector < copies; ++sector) {
                     const std::uint32_t from = points.at_edge(lower, 2 * axis, sector);
                     const std::uint32_t to = points.at_edge(upper, 2 * axis + 1, sector);
-                    const std::uint32_t midpoint = points.between(lower, axis, sector);
+                    const std::uint32_t midpoint = points.between(lower.vertex, axis, sector);
                     if (midpoint == kNone) {
                       part.push_back({from, to});
                     } else {
@@ -282,9 +264,9 @@ Brep make_brep(const Solid& solid, NonManifold contacts,
   brep.contacts = contacts;
   brep.points = points.positions();
   finished("points");
-  brep.edges = find_edges(solid, planes, points);
+  brep.edges = find_edges(planes, points);
   finished("edges");
-  brep.faces = find_faces(solid, planes, points);
+  brep.faces = find_faces(planes, points);
   finished("faces");
   brep.shells = find_shells(solid, planes, brep.faces, contacts);
   finished("shells");

@@ -53,11 +53,11 @@ struct Brep {
 
 /// The faces of a solid. Near-linear in its vertices, parallel over planes. Throws Error(resources) where an
 /// offset would not fit 32 bits, or memory does not suffice.
-Faces find_faces(const Solid& solid, const Planes& planes, const Points& points);
+Faces find_faces(const Planes& planes, const Points& points);
 
 /// The edges of a solid; a non-manifold edge comes once if contacts are kept, for each filled sector if
 /// split.
-Array<Edge> find_edges(const Solid& solid, const Planes& planes, const Points& points);
+Array<Edge> find_edges(const Planes& planes, const Points& points);
 
 /// All of it. Calls finish(stage) on this thread after each stage, for clocks, and to throw where the caller
 /// wants to stop.

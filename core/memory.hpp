@@ -34,6 +34,7 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
 
 /// An allocator for large arrays of numbers: new elements keep whatever their memory holds, and where the
 /// system has huge pages it is asked for them, for memory in small ones takes longer to get than to fill.
+/// From half a huge page on, arrays take whole ones.
 template <class T>
 class LargeAllocator {
  public:
@@ -44,11 +45,13 @@ class LargeAllocator {
   LargeAllocator(const LargeAllocator<U>&) {}
 
   T* allocate(std::size_t n) {
-    if (n > std::size_t(-1) / sizeof(T)) throw std::bad_array_new_length();
+    if (n > std::size_t(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
     if (!is_large(n)) return static_cast<T*>(::operator new(n * sizeof(T)));
-    void* const memory = ::operator new(n * sizeof(T), kHugePage);
+    constexpr std::size_t kPage = std::size_t(kHugePage);
+    const std::size_t bytes = (n * sizeof(T) + kPage - 1) / kPage * kPage;
+    void* const memory = ::operator new(bytes, kHugePage);
 #ifdef MADV_HUGEPAGE
-    ::madvise(memory, n * sizeof(T), MADV_HUGEPAGE);  // no harm if it fails
+    ::madvise(memory, bytes, MADV_HUGEPAGE);  // no harm if it fails
 #endif
     return static_cast<T*>(memory);
   }
@@ -74,7 +77,7 @@ class LargeAllocator {
  private:
   static constexpr std::align_val_t kHugePage{std::size_t{1} << 21};
   static bool is_large(std::size_t n) {
-    return n * sizeof(T) >= std::size_t(kHugePage);
+    return n * sizeof(T) >= std::size_t(kHugePage) / 2;
   }
 };
 
@@ -82,5 +85,11 @@ class LargeAllocator {
 /// thread.
 template <class T>
 using Array = std::vector<T, LargeAllocator<T>>;
+
+/// An array for `what`; throws as with_memory does.
+template <class T>
+Array<T> make_array(std::size_t size, const std::string& what) {
+  return with_memory(what, size * sizeof(T), [&] { return Array<T>(size); });
+}
 
 }  // namespace boxunion

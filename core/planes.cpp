@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
@@ -10,85 +11,150 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 15;  // vertices
+constexpr auto kWhat = "sorting the vertices into planes";
+constexpr std::size_t kGrain = 1 << 15;      // vertices
+constexpr std::size_t kChunk = 1 << 13;      // vertices
+constexpr std::uint32_t kCounted = 1 << 16;  // so many counters fit a core's cache
 
-/// An ordinal above the index of a vertex.
+/// An ordinal above a position.
 using Keyed = std::uint64_t;
 
 /// A function object, so that sorting inlines it.
 constexpr auto ordinal_of = [](Keyed k) { return static_cast<std::uint32_t>(k >> 32); };
 
-PlaneOrder plane_order(std::span<const Keyed> sorted) {
-  PlaneOrder order;
-  with_memory("sorting the vertices into planes", sorted.size() * sizeof(std::uint32_t),
-              [&] { order.vertices.resize(sorted.size()); });
-  parallel_ranges(0, sorted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) order.vertices[i] = static_cast<std::uint32_t>(sorted[i]);
-  });
-  for (std::size_t i = 0; i < sorted.size(); ++i)
-    if (i == 0 || ordinal_of(sorted[i]) != ordinal_of(sorted[i - 1]))
-      order.first.push_back(static_cast<std::uint32_t>(i));
-  order.first.push_back(static_cast<std::uint32_t>(sorted.size()));
-  return order;
-}
+/// Puts vertices into planes, stably: vertex(i) of the i-th one, in the plane of ordinal(i), which is below
+/// `ordinals`.
+template <class Ordinal, class VertexOf>
+class PlaneSort {
+ public:
+  PlaneSort(std::size_t count, std::uint32_t ordinals, Ordinal ordinal, VertexOf vertex)
+      : count_(count), ordinals_(ordinals), ordinal_(ordinal), vertex_(vertex) {}
+
+  PlaneOrder operator()() {
+    order_.vertices = make_array<PlaneVertex>(count_, kWhat);
+    if (ordinals_ <= kCounted)
+      by_counting();
+    else
+      by_sorting();
+    order_.first.push_back(static_cast<std::uint32_t>(count_));
+    return std::move(order_);
+  }
+
+ private:
+  void by_counting() {
+    const std::size_t chunks = std::clamp(count_ / kGrain, std::size_t(1), thread_count());
+    std::vector<std::uint32_t> places(chunks * ordinals_);  // of a chunk's next vertex of a plane
+    const auto each_vertex = [&](auto&& f) {
+      parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t chunk = first; chunk < last; ++chunk) {
+          std::uint32_t* const place = places.data() + chunk * ordinals_;
+          const std::size_t end = count_ * (chunk + 1) / chunks;
+          for (std::size_t i = count_ * chunk / chunks; i < end; ++i) f(i, place[ordinal_(i)]);
+        }
+      });
+    };
+    each_vertex([](std::size_t, std::uint32_t& count) { ++count; });
+    std::uint32_t sum = 0;
+    for (std::uint32_t ordinal = 0; ordinal < ordinals_; ++ordinal) {
+      const std::uint32_t before = sum;
+      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+        sum += std::exchange(places[chunk * ordinals_ + ordinal], sum);
+      if (sum != before) order_.first.push_back(before);
+    }
+    each_vertex([&](std::size_t i, std::uint32_t& place) { order_.vertices[place++] = vertex_(i); });
+  }
+
+  void by_sorting() {
+    auto sorted = make_array<Keyed>(count_, kWhat);
+    parallel_ranges(0, count_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) sorted[i] = Keyed{ordinal_(i)} << 32 | i;
+    });
+    radix_sort(std::span(sorted), ordinal_of);
+    parallel_ranges(0, count_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        order_.vertices[i] = vertex_(static_cast<std::uint32_t>(sorted[i]));
+    });
+    for (std::size_t i = 0; i < count_; ++i)
+      if (i == 0 || ordinal_of(sorted[i]) != ordinal_of(sorted[i - 1]))
+        order_.first.push_back(static_cast<std::uint32_t>(i));
+  }
+
+  std::size_t count_;
+  std::uint32_t ordinals_;
+  Ordinal ordinal_;
+  VertexOf vertex_;
+  PlaneOrder order_;
+};
 
 }  // namespace
 
 Planes make_planes(const Solid& solid) {
-  const std::size_t count = solid.vertices.size();
+  const Array<Vertex>& all = solid.vertices;
+  const std::size_t count = all.size();
   if (count > std::numeric_limits<std::uint32_t>::max() - 1)
     throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 vertices");
-  Array<Keyed> keyed = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
-                                   [&] { return Array<Keyed>(count); });
-  Array<Keyed> scratch = with_memory("sorting the vertices into planes", count * sizeof(Keyed),
-                                     [&] { return Array<Keyed>(count); });
-  const auto key_by = [&](int axis) {
-    parallel_ranges(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto vertex = static_cast<std::uint32_t>(axis == 2 ? i : keyed[i]);
-        keyed[i] = Keyed{ordinal(solid.vertices[vertex], axis)} << 32 | vertex;
-      }
-    });
-  };
   // Sorted by z, y, x as the vertices are; stably by x makes that x, z, y, and stably by y then makes it y,
   // x, z.
+  const auto sorted = [&](int axis, auto ordinal, auto vertex) {
+    return PlaneSort(count, solid.axes[unsigned(axis)].count() + 1, ordinal, vertex)();
+  };
   Planes planes;
-  for (const int axis : {2, 0, 1}) {
-    key_by(axis);
-    if (axis != 2) radix_sort(std::span(keyed), std::span(scratch), ordinal_of);
-    planes[axis] = plane_order(keyed);
-  }
+  planes[2].vertices = make_array<PlaneVertex>(count, kWhat);
+  parallel_ranges(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      planes[2].vertices[i] = {static_cast<std::uint32_t>(i), all[i].x, all[i].y, all[i].mask};
+  });
+  for (std::size_t i = 0; i <= count; ++i)
+    if (i == 0 || i == count || all[i].z != all[i - 1].z)
+      planes[2].first.push_back(static_cast<std::uint32_t>(i));
+  planes[0] = sorted(
+      0, [&](std::size_t i) { return all[i].x; },
+      [&](std::size_t i) {
+        return PlaneVertex{static_cast<std::uint32_t>(i), all[i].y, all[i].z, all[i].mask};
+      });
+  const Array<PlaneVertex>& by_x = planes[0].vertices;
+  planes[1] = sorted(
+      1, [&](std::size_t i) { return by_x[i].column; },
+      [&](std::size_t i) {
+        return PlaneVertex{by_x[i].vertex, by_x[i].row, all[by_x[i].vertex].x, by_x[i].mask};
+      });
   return planes;
 }
 
-void PlaneVertices::assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane) {
-  axis_ = axis;
-  columns_.resize(plane.size());
-  masks_.resize(plane.size());
-  std::uint32_t lowest = Axis::kOrdinalMax, highest = 0;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    const Vertex& v = solid.vertices[plane[i]];
-    masks_[i] = static_cast<std::uint8_t>(v.mask);
-    columns_[i] = ordinal(v, (axis + 1) % 3);
-    lowest = std::min(lowest, columns_[i]);
-    highest = std::max(highest, columns_[i]);
+std::vector<PlaneChunk> cut_into_chunks(const Planes& planes) {
+  std::vector<PlaneChunk> chunks;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<std::uint32_t>& first = planes[unsigned(axis)].first;
+    for (std::size_t begin = 0, end = 0; begin < planes[unsigned(axis)].planes(); begin = end) {
+      while (end < planes[unsigned(axis)].planes() && first[end] < first[begin] + kChunk) ++end;
+      chunks.push_back({axis, begin, end});
+    }
   }
-  if (highest - lowest >= kFew) return rank_columns();
-  for (std::uint32_t& column : columns_) column -= lowest;
-  column_count_ = highest - lowest + 1;
+  return chunks;
 }
 
-void PlaneVertices::rank_columns() {
-  sorted_.resize(columns_.size());
-  scratch_.resize(columns_.size());
-  for (std::size_t i = 0; i < columns_.size(); ++i) sorted_[i] = Keyed{columns_[i]} << 32 | i;
-  radix_sort(std::span(sorted_), std::span(scratch_), ordinal_of);
-  std::uint32_t rank = 0;
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    rank += i > 0 && ordinal_of(sorted_[i]) != ordinal_of(sorted_[i - 1]);
-    columns_[static_cast<std::uint32_t>(sorted_[i])] = rank;
+void PlaneColumns::assign(std::span<const PlaneVertex> plane) {
+  plane_ = plane;
+  ranks_.clear();
+  std::uint32_t highest = 0;
+  lowest_ = Axis::kOrdinalMax;
+  for (const PlaneVertex& v : plane) {
+    lowest_ = std::min(lowest_, v.column);
+    highest = std::max(highest, v.column);
   }
-  column_count_ = rank + 1;
+  count_ = highest - lowest_ + 1;
+  if (count_ <= kFew) return;
+
+  sorted_.resize(plane.size());
+  scratch_.resize(plane.size());
+  for (std::size_t i = 0; i < plane.size(); ++i) sorted_[i] = Keyed{plane[i].column} << 32 | i;
+  radix_sort(std::span(sorted_), std::span(scratch_), ordinal_of);
+  ranks_.resize(plane.size());
+  count_ = 0;
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    if (i == 0 || ordinal_of(sorted_[i]) != ordinal_of(sorted_[i - 1])) ++count_;
+    ranks_[static_cast<std::uint32_t>(sorted_[i])] = count_ - 1;
+  }
 }
 
 }  // namespace boxunion

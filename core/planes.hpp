@@ -13,15 +13,31 @@
 
 namespace boxunion {
 
-/// The vertices of a solid, plane by plane along one axis. In a plane, columns run along the axis after it
-/// and rows along the one after that, so that columns, rows and the axis are right-handed.
+/// A vertex of a plane. Columns run along the axis after the plane's, rows along the one after that, so that
+/// columns, rows and the axis are right-handed.
+struct PlaneVertex {
+  std::uint32_t vertex;  ///< index into Solid::vertices
+  std::uint32_t column, row;
+  std::uint32_t mask;  ///< octant mask
+};
+
+/// Some planes normal to an axis, for a thread to work on.
+struct PlaneChunk {
+  int axis;
+  std::size_t begin, end;  ///< planes
+};
+
+/// The vertices of a solid, plane by plane along one axis.
 struct PlaneOrder {
-  Array<std::uint32_t> vertices;     ///< indices into Solid::vertices, by plane, then row, then column
+  Array<PlaneVertex> vertices;       ///< by plane, then row, then column
   std::vector<std::uint32_t> first;  ///< plane p holds vertices [first[p], first[p + 1])
 
   std::size_t planes() const { return first.size() - 1; }
-  std::span<const std::uint32_t> plane(std::size_t p) const {
+  std::span<const PlaneVertex> plane(std::size_t p) const {
     return std::span(vertices).subspan(first[p], first[p + 1] - first[p]);
+  }
+  std::span<const PlaneVertex> vertices_of(const PlaneChunk& chunk) const {
+    return std::span(vertices).subspan(first[chunk.begin], first[chunk.end] - first[chunk.begin]);
   }
 };
 
@@ -32,10 +48,8 @@ using Planes = std::array<PlaneOrder, 3>;
 /// Sorts the vertices into their planes, in parallel. Throws Error(resources) beyond 2^32 - 2 vertices.
 Planes make_planes(const Solid& solid);
 
-/// The ordinal of a vertex on an axis.
-inline std::uint32_t ordinal(const Vertex& v, int axis) {
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
+/// All planes, by axis, in chunks of some thousand vertices or one plane.
+std::vector<PlaneChunk> cut_into_chunks(const Planes& planes);
 
 /// The quadrants of a plane round a point, as the bits of a quadrant mask.
 enum Quadrant : std::uint8_t { left_below, right_below, left_above, right_above };
@@ -58,46 +72,38 @@ inline constexpr auto kFaceQuadrants = [] {
   return quadrants;
 }();
 
-/// What a sweep of one plane needs to know of its vertices, by their positions in the plane.
-class PlaneVertices {
+/// The columns of a plane's vertices as small numbers, in the same order.
+class PlaneColumns {
  public:
-  /// Takes the vertices of a plane normal to `axis`.
-  void assign(const Solid& solid, int axis, std::span<const std::uint32_t> plane);
+  void assign(std::span<const PlaneVertex> plane);
 
-  std::size_t size() const { return columns_.size(); }
-  /// Small numbers, less than columns(), in the same order as the vertices' columns.
-  std::uint32_t column(std::size_t i) const { return columns_[i]; }
-  std::uint32_t columns() const { return column_count_; }
-  /// The quadrants that faces fill, by direction (0: towards the axis' positive side, 1: negative).
-  std::uint8_t quadrants(std::size_t i, unsigned side) const {
-    return kFaceQuadrants[masks_[i]][axis_][side];
+  /// The column of vertex i of the plane; less than count().
+  std::uint32_t operator[](std::size_t i) const {
+    return ranks_.empty() ? plane_[i].column - lowest_ : ranks_[i];
   }
+  std::uint32_t count() const { return count_; }
 
  private:
   static constexpr std::uint32_t kFew = 1 << 16;  // what is indexed by so many columns fits a core's cache
 
-  void rank_columns();
-
-  int axis_ = 0;
-  std::vector<std::uint32_t> columns_;
-  std::vector<std::uint8_t> masks_;
-  std::uint32_t column_count_ = 0;
+  std::span<const PlaneVertex> plane_;
+  std::uint32_t lowest_ = 0, count_ = 0;
+  std::vector<std::uint32_t> ranks_;
   std::vector<std::uint64_t> sorted_, scratch_;
 };
 
-/// Calls f(chunk, axis, lower, upper) for every edge, with the indices of the vertices at its lower and upper
-/// end, in parallel over `chunks` of each axis: edges of a chunk come one after the other in a fixed order.
+/// Calls f(chunk, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in
+/// parallel over `chunks` of each axis: edges of a chunk come one after the other in a fixed order.
 template <class F>
-void for_each_edge(const Solid& solid, const Planes& planes, std::size_t chunks, F&& f) {
+void for_each_edge(const Planes& planes, std::size_t chunks, F&& f) {
   for (int axis = 0; axis < 3; ++axis) {
     const int plane_axis = (axis + 2) % 3;
-    const Array<std::uint32_t>& line = planes[plane_axis].vertices;
+    const Array<PlaneVertex>& line = planes[plane_axis].vertices;
     parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t chunk = first; chunk < last; ++chunk) {
         const std::size_t end = line.size() * (chunk + 1) / chunks;
         for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
-          if (kOctants[solid.vertices[line[i]].mask].edges[2 * axis] != 0)
-            f(chunk, axis, line[i], line[i + 1]);
+          if (kOctants[line[i].mask].edges[2 * axis] != 0) f(chunk, axis, line[i], line[i + 1]);
       }
     });
   }

@@ -20,19 +20,6 @@ constexpr std::size_t kChunks = 64;
   throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points");
 }
 
-/// An axis as a function: what Axis::coordinate gives, without a call to the mathematical library.
-class Coordinates {
- public:
-  explicit Coordinates(const Axis& axis) : axis_(&axis), step_(std::ldexp(1.0, axis.exponent())) {}
-  double operator()(std::uint32_t ordinal) const {
-    return axis_->is_lattice() ? double(axis_->base() + ordinal) * step_ : axis_->coordinate(ordinal);
-  }
-
- private:
-  const Axis* axis_;
-  double step_;
-};
-
 }  // namespace
 
 Fans::Fans(const Solid& solid) {
@@ -48,8 +35,7 @@ Fans::Fans(const Solid& solid) {
 }
 
 Array<std::uint32_t> Fans::vertices() const {
-  Array<std::uint32_t> vertices = with_memory("numbering the vertices' fans", count_ * sizeof(std::uint32_t),
-                                              [&] { return Array<std::uint32_t>(count_); });
+  auto vertices = make_array<std::uint32_t>(count_, "numbering the vertices' fans");
   parallel_ranges(0, first_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       std::fill(vertices.begin() + first_[i],
@@ -62,12 +48,12 @@ Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
     : solid_(&solid), contacts_(contacts), fans_(contacts == NonManifold::split ? Fans(solid) : Fans({})) {
   if (contacts == NonManifold::keep) return;
   std::array<std::vector<Midpoint>, kChunks> parts;
-  for_each_edge(solid, planes, kChunks,
-                [&](std::size_t chunk, int axis, std::uint32_t lower, std::uint32_t upper) {
-                  const auto& at_lower = kFans[solid.vertices[lower].mask].at_edge[2 * axis];
-                  const auto& at_upper = kFans[solid.vertices[upper].mask].at_edge[2 * axis + 1];
+  for_each_edge(planes, kChunks,
+                [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+                  const auto& at_lower = kFans[lower.mask].at_edge[2 * axis];
+                  const auto& at_upper = kFans[upper.mask].at_edge[2 * axis + 1];
                   if (at_lower[0] == at_lower[1] && at_upper[0] == at_upper[1])
-                    parts[chunk].push_back({lower, upper, axis});
+                    parts[chunk].push_back({lower.vertex, upper.vertex, axis});
                 });
   for (const auto& part : parts) midpoints_.insert(midpoints_.end(), part.begin(), part.end());
   parallel_sort(midpoints_.begin(), midpoints_.end(), [](const Midpoint& a, const Midpoint& b) {
@@ -90,8 +76,7 @@ std::uint32_t Points::between(std::uint32_t lower, int axis, int sector) const {
 }
 
 Array<Point> Points::positions() const {
-  Array<Point> positions =
-      with_memory("the points of the boundary", size() * sizeof(Point), [&] { return Array<Point>(size()); });
+  auto positions = make_array<Point>(size(), "the points of the boundary");
   const Coordinates x(solid_->axes[0]), y(solid_->axes[1]), z(solid_->axes[2]);
   const auto position = [&](std::uint32_t vertex) {
     const Vertex& v = solid_->vertices[vertex];

@@ -30,12 +30,12 @@ class Fans {
 
   std::uint32_t count() const { return count_; }
   /// The fan with the facet (octant, axis) of a vertex; see MaskFans.
-  std::uint32_t at(const Solid& solid, std::uint32_t vertex, unsigned octant, int axis) const {
-    return first_[vertex] + kFans[solid.vertices[vertex].mask].of[octant][axis];
+  std::uint32_t at(const PlaneVertex& v, unsigned octant, int axis) const {
+    return first_[v.vertex] + kFans[v.mask].of[octant][axis];
   }
   /// The fan with the filled sector 0 or 1 of the edge that leaves a vertex in a direction (+x, -x, +y, ...).
-  std::uint32_t at_edge(const Solid& solid, std::uint32_t vertex, int direction, int sector) const {
-    return first_[vertex] + kFans[solid.vertices[vertex].mask].at_edge[direction][sector];
+  std::uint32_t at_edge(const PlaneVertex& v, int direction, int sector) const {
+    return first_[v.vertex] + kFans[v.mask].at_edge[direction][sector];
   }
   /// The vertex of every fan.
   Array<std::uint32_t> vertices() const;
@@ -59,13 +59,14 @@ class Points {
 
   NonManifold contacts() const { return contacts_; }
   std::size_t size() const;
+  bool has_midpoints() const { return !midpoints_.empty(); }
   /// The point at a facet of a vertex; see MaskFans.
-  std::uint32_t at(std::uint32_t vertex, unsigned octant, int axis) const {
-    return contacts_ == NonManifold::keep ? vertex : fans_.at(*solid_, vertex, octant, axis);
+  std::uint32_t at(const PlaneVertex& v, unsigned octant, int axis) const {
+    return contacts_ == NonManifold::keep ? v.vertex : fans_.at(v, octant, axis);
   }
   /// The point at a filled sector (0 or 1) of an edge that leaves a vertex in a direction (+x, -x, +y, ...).
-  std::uint32_t at_edge(std::uint32_t vertex, int direction, int sector) const {
-    return contacts_ == NonManifold::keep ? vertex : fans_.at_edge(*solid_, vertex, direction, sector);
+  std::uint32_t at_edge(const PlaneVertex& v, int direction, int sector) const {
+    return contacts_ == NonManifold::keep ? v.vertex : fans_.at_edge(v, direction, sector);
   }
   /// The midpoint of one sector's copy of the edge along an axis whose lower end is a vertex, or kNone.
   std::uint32_t between(std::uint32_t lower, int axis, int sector) const;

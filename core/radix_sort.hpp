@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -28,24 +27,6 @@ inline std::uint64_t ordered_bits(double x) {
 inline double from_ordered_bits(std::uint64_t bits) {
   return std::bit_cast<double>(bits ^ (std::uint64_t(1) << 63 | ((bits >> 63) - 1)));
 }
-
-/// Memory for `size` objects that are written before they are read: a vector would first fill it with zeros,
-/// on one thread.
-template <class T>
-class Scratch {
-  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
-
- public:
-  explicit Scratch(std::size_t size)
-      : bytes_(with_memory("sorting", size * sizeof(T),
-                           [&] { return std::make_unique_for_overwrite<std::byte[]>(size * sizeof(T)); })),
-        size_(size) {}
-  operator std::span<T>() { return {reinterpret_cast<T*>(bytes_.get()), size_}; }
-
- private:
-  std::unique_ptr<std::byte[]> bytes_;
-  std::size_t size_;
-};
 
 namespace detail {
 
@@ -156,8 +137,8 @@ void radix_sort(std::span<T> values, std::span<T> scratch, KeyOf key = {}) {
 template <class T, class KeyOf = std::identity>
 void radix_sort(std::span<T> values, KeyOf key = {}) {
   using Sort = detail::RadixSort<T, KeyOf>;
-  Scratch<T> scratch(values.size() <= Sort::kInsertion ? 0 : values.size());
-  radix_sort(values, std::span<T>(scratch), key);
+  auto scratch = make_array<T>(values.size() <= Sort::kInsertion ? 0 : values.size(), "sorting");
+  radix_sort(values, std::span(scratch), key);
 }
 
 }  // namespace boxunion

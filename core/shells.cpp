@@ -7,7 +7,7 @@
 
 #include "core/brep.hpp"
 #include "core/disjoint_sets.hpp"
-#include "core/face_sweep.hpp"
+#include "core/plane_sweep.hpp"
 
 namespace boxunion {
 namespace {
@@ -105,25 +105,25 @@ class Walls {
     std::uint32_t fan;
   };
 
-  Walls(const Solid& solid, const Fans& fans, std::span<const std::uint32_t> plane, F& f)
-      : solid_(solid), fans_(fans), plane_(plane), f_(f) {}
+  Walls(const Fans& fans, std::span<const PlaneVertex> plane, F& f) : fans_(fans), plane_(plane), f_(f) {}
 
   Interval start(std::size_t i) {
-    return {at(i).y, at(i).y, at(i).z, fans_.at(solid_, plane_[i], octant_at(0, 1, right_above), 0)};
+    const PlaneVertex& v = plane_[i];
+    return {v.column, v.column, v.row, fans_.at(v, octant_at(0, 1, right_above), 0)};
   }
   void end(Interval& a, std::size_t i) { close(a, i); }
   void left(Interval& a, std::size_t i) {
     close(a, i);
-    a.left = at(i).y;
+    a.left = plane_[i].column;
   }
   void right(Interval& a, std::size_t i) {
     close(a, i);
-    a.right = at(i).y;
+    a.right = plane_[i].column;
   }
   Interval split(Interval& a, std::size_t i) {
     close(a, i);
     Interval right_part = a;
-    right_part.left = a.right = at(i).y;
+    right_part.left = a.right = plane_[i].column;
     return right_part;
   }
   void merge(Interval& a, Interval& b, std::size_t i) {
@@ -133,16 +133,14 @@ class Walls {
   }
 
  private:
-  const Vertex& at(std::size_t i) const { return solid_.vertices[plane_[i]]; }
   void close(Interval& a, std::size_t i) {
-    const std::uint32_t row = at(i).z;
+    const std::uint32_t row = plane_[i].row;
     if (a.since < row) f_(Rectangle{{a.left, a.since}, {a.right, row}}, a.fan);
     a.since = row;
   }
 
-  const Solid& solid_;
   const Fans& fans_;
-  std::span<const std::uint32_t> plane_;
+  std::span<const PlaneVertex> plane_;
   F& f_;
 };
 
@@ -165,17 +163,14 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
     painters.push_back(fan);
     painted.paint(wall, static_cast<std::uint32_t>(painters.size()));
   };
-  PlaneVertices swept;
-  FaceSweep<Walls<decltype(paint)>::Interval> sweep;
+  PlaneSweep<Walls<decltype(paint)>::Interval> sweep;
   auto next = by_x.begin();
   for (std::size_t p = 0; p < planes.planes(); ++p) {
-    const std::span<const std::uint32_t> plane = planes.plane(p);
-    for (; next != by_x.end() && x_of(*next) <= solid.vertices[plane[0]].x; ++next)
+    const std::span<const PlaneVertex> plane = planes.plane(p);
+    for (; next != by_x.end() && x_of(*next) <= solid.vertices[plane[0].vertex].x; ++next)
       found[*next] = painters[painted.last(*next) - 1];
-    swept.assign(solid, 0, plane);
-    sweep.run(
-        swept.size(), swept.columns(), [&](std::size_t i) { return swept.column(i); },
-        [&](std::size_t i) { return swept.quadrants(i, 1); }, Walls(solid, fans, plane, paint));
+    sweep.assign(0, plane);
+    sweep.run(1, Walls(fans, plane, paint));
   }
   return found;
 }
@@ -185,13 +180,12 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
 Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces, NonManifold contacts) {
   const Fans fans(solid);
   DisjointSets sets(fans.count(), "joining faces");
-  for_each_edge(solid, planes, kEdgeChunks,
-                [&](std::size_t, int axis, std::uint32_t lower, std::uint32_t upper) {
-                  const int sectors = kOctants[solid.vertices[lower].mask].edges[2 * axis];
-                  for (int sector = 0; sector < sectors; ++sector)
-                    sets.join(fans.at_edge(solid, lower, 2 * axis, sector),
-                              fans.at_edge(solid, upper, 2 * axis + 1, sector));
-                });
+  for_each_edge(
+      planes, kEdgeChunks, [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+        const int sectors = kOctants[lower.mask].edges[2 * axis];
+        for (int sector = 0; sector < sectors; ++sector)
+          sets.join(fans.at_edge(lower, 2 * axis, sector), fans.at_edge(upper, 2 * axis + 1, sector));
+      });
   // The first point of an outer loop has the face right above it, that of a hole everywhere else (see
   // find_faces).
   const auto fan_of_loop = [&](std::size_t face, std::uint32_t loop) {
@@ -199,7 +193,8 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
     if (contacts == NonManifold::split) return point;
     const Quadrant quadrant = loop == faces.first_loop[face] ? right_above : left_above;
     const int axis = faces.direction[face] / 2;
-    return fans.at(solid, point, octant_at(axis, faces.direction[face] % 2, quadrant), axis);
+    const PlaneVertex vertex{point, 0, 0, solid.vertices[point].mask};
+    return fans.at(vertex, octant_at(axis, faces.direction[face] % 2, quadrant), axis);
   };
   parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t face = begin; face < end; ++face)

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "core/axis.hpp"
+#include "core/memory.hpp"
 #include "core/parallel.hpp"
 #include "core/vertex.hpp"
 
@@ -13,7 +13,7 @@ namespace boxunion {
 /// The union as its vertices: everything else (boundary, EVM, decompositions) follows from them.
 struct Solid {
   Axes axes;
-  std::vector<Vertex> vertices;  ///< sorted by z, then y, then x; one at a point
+  Array<Vertex> vertices;  ///< sorted by z, then y, then x; one at a point
 };
 
 /// A vertex where its coordinates are.
@@ -42,7 +42,11 @@ class SolidSink : public VertexSink {
   Solid take(Axes axes);
 
  private:
-  PerThread<std::vector<Vertex>> vertices_;
+  struct Part {
+    Array<Vertex> vertices;
+    std::array<std::uint32_t, 3> bits{};  // that occur in x, y and z
+  };
+  PerThread<Part> parts_;
 };
 
 }  // namespace boxunion

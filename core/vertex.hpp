@@ -10,8 +10,8 @@ namespace boxunion {
 
 /// A vertex of the union: ordinals on the three axes and the octant mask (see octants.hpp).
 struct Vertex {
-  std::uint32_t x = 0, y = 0, z = 0;
-  std::uint32_t mask = 0;
+  std::uint32_t x, y, z;
+  std::uint32_t mask;
 
   friend bool operator==(const Vertex&, const Vertex&) = default;
   /// Vertices sort by z, then y, then x; a solid has one vertex at a point, so the mask never decides.

@@ -86,7 +86,7 @@ void XorMerge::crossings(int horizontal) {
 }
 
 void XorMerge::operator()(std::span<const ContourVertex> lower, std::span<const ContourVertex> upper,
-                          std::uint32_t z, std::vector<Vertex>& out) {
+                          std::uint32_t z, Array<Vertex>& out) {
   if (std::ranges::equal(lower, upper)) return;
   z_ = z;
   out_ = &out;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/memory.hpp"
 #include "core/ordered_bitset.hpp"
 #include "core/vertex.hpp"
 
@@ -36,7 +37,7 @@ class XorMerge {
   /// Appends the vertices at height z to `out`, in no particular order; x stays as in the contours. Both
   /// contours are sorted and complete.
   void operator()(std::span<const ContourVertex> lower, std::span<const ContourVertex> upper, std::uint32_t z,
-                  std::vector<Vertex>& out);
+                  Array<Vertex>& out);
 
  private:
   /// One slab's state as the sweep line moves up: its vertical edges that cross the line.
@@ -54,7 +55,7 @@ class XorMerge {
 
   Side sides_[2];
   std::uint32_t z_ = 0;
-  std::vector<Vertex>* out_ = nullptr;
+  Array<Vertex>* out_ = nullptr;
 };
 
 }  // namespace boxunion

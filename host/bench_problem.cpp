@@ -71,7 +71,7 @@ void keep_first(CellBatch& batch, std::size_t cells) {
 
 /// What cells give: vertices or, of the kernels of sums, mass properties.
 struct CellResult {
-  std::vector<Vertex> vertices;
+  Array<Vertex> vertices;
   MassProperties mass;
   friend bool operator==(const CellResult&, const CellResult&) = default;
 };

@@ -81,7 +81,7 @@ void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, Vert
     const bool is_last = batch.first + batch.slabs() == sweep.slabs();
     parallel_ranges(0, batch.slabs() + is_last, 1, [&](std::size_t begin, std::size_t end) {
       XorMerge& merge = merges.local();
-      std::vector<Vertex> out;
+      Array<Vertex> out;
       for (std::size_t i = begin; i < end; ++i) {
         const std::span<const ContourVertex> lower = i > 0 ? slab(i - 1) : std::span(last_contour);
         const std::span<const ContourVertex> upper = i < batch.slabs() ? slab(i) : std::span<ContourVertex>();

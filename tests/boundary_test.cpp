@@ -115,6 +115,11 @@ double six_volumes(std::span<const Point> points, std::span<const Triangle> tria
   return sum;
 }
 
+Array<Triangle> sorted(Array<Triangle> triangles) {
+  std::ranges::sort(triangles);
+  return triangles;
+}
+
 /// What must hold for the boundary of any solid with small integer coordinates.
 void expect_laws(const Solid& solid, const Brep& brep, const MassProperties& mass) {
   const Faces& faces = brep.faces;
@@ -205,6 +210,9 @@ void expect_boundary_of(const std::vector<IntegerBox>& boxes) {
     ASSERT_EQ(counts_of(solid, brep), expected);
     expect_bodies_of(voxels, brep);
     expect_laws(solid, brep, mass);
+    const Mesh mesh = make_mesh(solid, contacts);
+    ASSERT_EQ(mesh.points, brep.points);
+    ASSERT_EQ(sorted(mesh.triangles), sorted(triangulate(brep.points, brep.faces).triangles));
   }
 }
 
@@ -276,7 +284,11 @@ TEST(Boundary, ThreadsNeverChangeIt) {
   const Solid solid = solid_of(boxes);
   for (const NonManifold contacts : kBoth) {
     Brep expected;
-    tbb::task_arena(1).execute([&] { expected = make_brep(solid, contacts); });
+    Mesh expected_mesh;
+    tbb::task_arena(1).execute([&] {
+      expected = make_brep(solid, contacts);
+      expected_mesh = make_mesh(solid, contacts);
+    });
     for (const int threads : {2, 8})
       tbb::task_arena(threads).execute([&] {
         const Brep brep = make_brep(solid, contacts);
@@ -288,7 +300,11 @@ TEST(Boundary, ThreadsNeverChangeIt) {
         EXPECT_EQ(brep.faces.direction, expected.faces.direction);
         EXPECT_EQ(brep.shells.of_face, expected.shells.of_face);
         EXPECT_EQ(brep.shells.body, expected.shells.body);
-        EXPECT_EQ(triangulate(brep.points, brep.faces).triangles, make_mesh(solid, contacts).triangles);
+        const Mesh mesh = make_mesh(solid, contacts);
+        EXPECT_EQ(mesh.points, expected_mesh.points);
+        EXPECT_EQ(mesh.triangles, expected_mesh.triangles);
+        EXPECT_EQ(triangulate(brep.points, brep.faces).triangles,
+                  triangulate(expected.points, expected.faces).triangles);
       });
   }
 }

@@ -40,7 +40,7 @@ Combination combination_of(const Expression& expression) {
   };
 }
 
-std::vector<Vertex> brute_force(const Expression& expression, const std::vector<BoxSet>& sets) {
+Array<Vertex> brute_force(const Expression& expression, const std::vector<BoxSet>& sets) {
   Ordinals ordinals = make_ordinals(sets);
   std::vector<std::vector<OrdinalBox>> boxes;
   std::size_t begin = 0;

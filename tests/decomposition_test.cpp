@@ -401,7 +401,7 @@ TEST(EvmCombine, Identities) {
   both.insert(both.end(), q_boxes.begin(), q_boxes.end());
   const Axes axes = make_axes(BoxSet(both));
   const auto evm_of = [&](const std::vector<IntegerBox>& boxes, const AxisOrder& order) {
-    std::vector<Vertex> vertices = brute_force_vertices(ordinal_boxes(BoxSet(boxes), axes));
+    Array<Vertex> vertices = brute_force_vertices(ordinal_boxes(BoxSet(boxes), axes));
     return make_evm(Solid{axes, vertices}, order);
   };
   const auto volume = [](const Evm& evm) {

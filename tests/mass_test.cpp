@@ -116,9 +116,9 @@ TEST(Mass, ValuesBeyondDoubleAreInfinite) {
 }
 
 /// A few thousand vertices with every mask at random places: no union has them, but sums are sums.
-std::vector<Vertex> random_vertices(const Axes& axes, std::size_t count) {
+Array<Vertex> random_vertices(const Axes& axes, std::size_t count) {
   std::mt19937_64 random(7);
-  std::vector<Vertex> vertices(count);
+  Array<Vertex> vertices(count);
   const auto ordinal = [&](int axis) {
     return std::uint32_t(1 + random() % axes[std::size_t(axis)].count());
   };
@@ -134,7 +134,7 @@ std::vector<Axes> kinds_of_axes() {
 
 TEST(Mass, OrderBatchesAndThreadsDoNotMatter) {
   for (const Axes& axes : kinds_of_axes()) {
-    std::vector<Vertex> vertices = random_vertices(axes, 5000);
+    Array<Vertex> vertices = random_vertices(axes, 5000);
     MassSink at_once(axes);
     at_once.add(vertices);
     for (const int threads : {1, 2, 5}) {
@@ -155,7 +155,7 @@ TEST(Mass, LatticeAndRankSumsOfMillionsOfVerticesAgree) {
     std::vector<double> coordinates;
     for (std::uint32_t i = 0; i < 8; ++i) coordinates.push_back(1 + i * double(step));
     const Axis rank = Axis::rank(coordinates), lattice = Axis::lattice(0, 0, 1 + 7 * step);
-    std::vector<Vertex> vertices = random_vertices({rank, rank, rank}, 3'000'000);
+    Array<Vertex> vertices = random_vertices({rank, rank, rank}, 3'000'000);
     MassSink by_rank({rank, rank, rank});
     by_rank.add(vertices);
     for (Vertex& v : vertices) v = {1 + (v.x - 1) * step, 1 + (v.y - 1) * step, 1 + (v.z - 1) * step, v.mask};
@@ -197,7 +197,7 @@ RC_GTEST_PROP(Mass, SumsOfRegionsAreTheSumsOfTheWhole, ()) {
   boxes.push_back({-4, far, -4, -3, far + 1, -3});
   const Axes axes = make_axes(boxes);
   const std::vector<OrdinalBox> ordinals = ordinal_boxes(boxes, axes);
-  const std::vector<Vertex> vertices = brute_force_vertices(ordinals);
+  const Array<Vertex> vertices = brute_force_vertices(ordinals);
   MassSink whole(axes), parts(axes);
   whole.add(vertices);
 

@@ -99,18 +99,18 @@ mpq_class integral(const mpq_class& lo, const mpq_class& hi, const mpq_class& or
 
 }  // namespace
 
-std::vector<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes) {
+Array<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes) {
   const std::vector<OrdinalBox> set(boxes.begin(), boxes.end());
   return brute_force_vertices({&set, 1}, [](std::uint64_t sets) { return sets != 0; });
 }
 
-std::vector<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
+Array<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
                                          const Combination& combination) {
   const auto [boxes, bit] = Flat<OrdinalBox>(sets);
   const Grid<std::uint32_t> grid(bit, combination, [&boxes = boxes](std::size_t i, unsigned corner) {
     return corner < 3 ? boxes[i].lo[corner] : boxes[i].hi[corner - 3];
   });
-  std::vector<Vertex> vertices;
+  Array<Vertex> vertices;
   grid.each_point([&](auto p) {
     unsigned mask = 0;
     for (int octant = 0; octant < 8; ++octant)

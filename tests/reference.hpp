@@ -10,6 +10,7 @@
 
 #include "core/axis.hpp"
 #include "core/mass.hpp"
+#include "core/memory.hpp"
 #include "core/vertex.hpp"
 
 // What the library must agree with: slow, plain, and independent of its formulas. Good for a few dozen
@@ -21,9 +22,9 @@ namespace boxunion {
 using Combination = std::function<bool(std::uint64_t sets)>;
 
 /// The vertices of the union, sorted: the octant mask of every point of the grid through all box faces.
-std::vector<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes);
+Array<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes);
 /// The same for a combination of at most 64 sets.
-std::vector<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
+Array<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
                                          const Combination& combination);
 
 /// The mass properties of the union from the voxels, voxel faces and voxel edges of the grid through all box

@@ -79,7 +79,7 @@ TEST_P(Resilience, CellsGoOnNativelyWhereTheDeviceFails) {
 TEST_P(Resilience, NoFallbackEndsTheRunWhateverFails) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = collect(generate_cubes(30, 10'000, kUniverse, 3));
-  const std::vector<Vertex> expected = unite(boxes, {.device = "native"}).vertices;
+  const Array<Vertex> expected = unite(boxes, {.device = "native"}).vertices;
   for (const Method method : {Method::cells, Method::slices})
     for (const std::string call : {"load", "allocate", "upload", "clear", "dispatch", "download", "wait"}) {
       int n = 1;

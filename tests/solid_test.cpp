@@ -10,9 +10,9 @@ namespace boxunion {
 namespace {
 
 TEST(Solid, TakesBatchesFromAnyThreadAndSortsThem) {
-  std::vector<Vertex> sorted;
+  Array<Vertex> sorted;
   for (std::uint32_t i = 0; i < 20'000; ++i) sorted.push_back({i % 10, i / 10 % 10, i / 100, 1 + i % 7});
-  std::vector<Vertex> shuffled = sorted;
+  Array<Vertex> shuffled = sorted;
   std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(1));
 
   SolidSink sink;
@@ -31,7 +31,7 @@ TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
     for (const std::uint32_t widest : {0u, 99u, 0xfffffffeu})
       for (const int threads : {1, 2, 5}) {
         std::mt19937 random(widest);
-        std::vector<Vertex> vertices(count);
+        Array<Vertex> vertices(count);
         for (std::uint32_t i = 0; i < count; ++i) {  // all differ
           const auto ordinal = static_cast<std::uint32_t>(random() & widest);
           vertices[i] = {i, ordinal, ordinal ^ 1u, 1 + i % 7};

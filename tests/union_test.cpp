@@ -23,7 +23,7 @@ BoxSet box_set(const std::vector<IntegerBox>& boxes) {
   return BoxSet(boxes);
 }
 
-std::vector<Vertex> brute_force(const BoxSet& boxes) {
+Array<Vertex> brute_force(const BoxSet& boxes) {
   return brute_force_vertices(ordinal_boxes(boxes, make_axes(boxes)));
 }
 

@@ -216,7 +216,7 @@ class UnluckyInput : public testing::TestWithParam<Unlucky> {};
 TEST_P(UnluckyInput, OfAFewBoxesEqualsBruteForce) {
   for (const int n : {1, 2, 5, 12}) {
     const BoxSet set = GetParam().make(n);
-    const std::vector<Vertex> expected = brute_force_vertices(ordinal_boxes(set, make_axes(set)));
+    const Array<Vertex> expected = brute_force_vertices(ordinal_boxes(set, make_axes(set)));
     for (const CellKernel kernel : {CellKernel::occupancy, CellKernel::faces})
       for (const std::uint32_t cell : {0u, 1u, 8u, 1u << 19})
         ASSERT_EQ(unite(set, {.kernel = kernel, .device = "native", .tuning = {.cell = cell}}).vertices,
@@ -228,7 +228,7 @@ TEST_P(UnluckyInput, OfAFewBoxesEqualsBruteForce) {
 
 TEST_P(UnluckyInput, HasTheVerticesOfSlicesOnEveryDevice) {
   const BoxSet set = GetParam().make(300);
-  const std::vector<Vertex> expected = unite(set, {.method = Method::slices, .device = "native"}).vertices;
+  const Array<Vertex> expected = unite(set, {.method = Method::slices, .device = "native"}).vertices;
   for (const CellKernel kernel : {CellKernel::occupancy, CellKernel::faces}) {
     for (const std::uint32_t cell : {0u, 1u, 8u, 1u << 19})
       ASSERT_EQ(unite(set, {.kernel = kernel, .device = "native", .tuning = {.cell = cell}}).vertices,

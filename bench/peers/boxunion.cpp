@@ -181,7 +181,7 @@ void take_part(const std::string& task, const std::string& file, const Options& 
         const Solid solid = unite(boxes, options);
         const Planes planes = make_planes(solid);
         const Points points(solid, planes, NonManifold::keep);
-        return Loops{points.positions(), find_faces(solid, planes, points)};
+        return Loops{points.positions(), find_faces(planes, points)};
       });
   }
   throw Error(ErrorKind::usage, "no such task for " + file + ": " + task);
