@@ -10,16 +10,15 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kEdgeChunks = 64;
 constexpr std::uint32_t kNone = Points::kNone;
 
 /// A corner of a face: where its loop passes a vertex.
 struct Corner {
-  std::uint32_t vertex;        // position in the plane
-  Quadrant quadrant;           // one that the face fills there
-  std::uint32_t beside;        // a corner of the same face on a lower loop, if this may be a hole's first
-  std::uint32_t next = kNone;  // corner on the loop, counter-clockwise seen from the axis' positive side
-  std::uint32_t loop = kNone;
+  std::uint32_t vertex;    // position in the plane
+  Quadrant quadrant;       // one that the face fills there
+  std::uint32_t beside;    // a corner of the same face on a lower loop, if this may be a hole's first
+  std::uint32_t loop;      // kNone until it is found
+  std::uint32_t next = 0;  // corner on the loop, counter-clockwise seen from the axis' positive side
 };
 
 /// Links the corners of all faces of one plane and direction: the ends of an interval are edges, and remember
@@ -30,7 +29,13 @@ class CornerLinks {
     std::uint32_t left, right;
   };
 
-  std::vector<Corner> corners;
+  /// For a sweep of so many vertices.
+  void reset(std::size_t vertices) {
+    if (corners_.size() < 2 * vertices) corners_.resize(2 * vertices);
+    count_ = 0;
+  }
+  std::span<Corner> corners() { return std::span(corners_).first(count_); }
+  const Corner& corner(std::uint32_t c) const { return corners_[c]; }
 
   Interval start(std::size_t i) {
     const std::uint32_t c = add(i, right_above);
@@ -66,16 +71,27 @@ class CornerLinks {
 
  private:
   std::uint32_t add(std::size_t vertex, Quadrant quadrant, std::uint32_t beside = kNone) {
-    corners.push_back({static_cast<std::uint32_t>(vertex), quadrant, beside});
-    return static_cast<std::uint32_t>(corners.size() - 1);
+    corners_[count_] = {static_cast<std::uint32_t>(vertex), quadrant, beside, kNone};
+    return count_++;
   }
-  void link(std::uint32_t from, std::uint32_t to) { corners[from].next = to; }
+  void link(std::uint32_t from, std::uint32_t to) { corners_[from].next = to; }
+
+  Array<Corner> corners_;  // at most two a vertex
+  std::uint32_t count_ = 0;
 };
 
 /// The faces of some planes, with offsets from the first of them.
 struct FacePart {
-  std::vector<std::uint32_t> loop_points, loop_ends, face_ends;
+  Array<std::uint32_t> loop_points;
+  std::vector<std::uint32_t> loop_ends, face_ends;
   std::vector<std::uint8_t> direction;
+
+  /// For planes with so many vertices. Most are a corner of one face an axis.
+  void reserve(std::size_t vertices) {
+    loop_points.reserve(vertices * 5 / 4);
+    for (auto* ends : {&loop_ends, &face_ends}) ends->reserve(vertices / 4);
+    direction.reserve(vertices / 4);
+  }
 };
 
 /// Finds the faces of one plane at a time.
@@ -88,11 +104,12 @@ class PlaneFaces {
     plane_ = plane;
     sweep_.assign(axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
-      links_.corners.clear();
+      links_.reset(plane.size());
       sweep_.run(side, links_);
-      find_loops();
+      const std::uint32_t faces = write_loops(side, part.loop_points);
+      if (faces < loops_.size()) sort_loops(part.loop_points);
       for (std::size_t i = 0; i < loops_.size(); ++i) {
-        write_loop(loops_[i].first, side, part);
+        part.loop_ends.push_back(loops_[i].end);
         if (i + 1 < loops_.size() && loops_[i + 1].face == loops_[i].face) continue;
         part.face_ends.push_back(static_cast<std::uint32_t>(part.loop_ends.size()));
         part.direction.push_back(static_cast<std::uint8_t>(2 * axis + int(side)));
@@ -102,49 +119,63 @@ class PlaneFaces {
 
  private:
   struct Loop {
-    std::uint32_t first;  // corner
     std::uint32_t face;
+    std::uint32_t begin, end;  // in loop_points
   };
 
-  /// Finds the loops and sorts them by face. A loop's lowest corner tells what it is: of an outer loop it is
-  /// the start of an interval, of a hole it splits one, whose left end then lies on a loop of the same face
-  /// that begins lower still.
-  void find_loops() {
-    std::vector<Corner>& corners = links_.corners;
+  /// Finds the loops, writes their points, and returns how many faces they belong to. A loop's lowest corner
+  /// tells what it is: of an outer loop it is the start of an interval, of a hole it splits one, whose left
+  /// end then lies on a loop of the same face that begins lower still.
+  std::uint32_t write_loops(unsigned side, Array<std::uint32_t>& points) {
+    const std::span<Corner> corners = links_.corners();
+    const bool keep = points_->contacts() == NonManifold::keep;
     loops_.clear();
     std::uint32_t faces = 0;
+    auto end = static_cast<std::uint32_t>(points.size());
+    points.resize(end + (keep ? 1 : 2) * corners.size());
     for (std::uint32_t first = 0; first < corners.size(); ++first) {
       if (corners[first].loop != kNone) continue;
-      for (std::uint32_t c = first; corners[c].loop == kNone; c = corners[c].next)
-        corners[c].loop = static_cast<std::uint32_t>(loops_.size());
+      const std::uint32_t begin = end;
+      std::uint32_t c = first;
+      do {
+        Corner& corner = corners[c];
+        corner.loop = static_cast<std::uint32_t>(loops_.size());
+        if (keep) {
+          points[end++] = plane_[corner.vertex].vertex;
+        } else {
+          points[end++] = points_->at(plane_[corner.vertex], octant_at(axis_, side, corner.quadrant), axis_);
+          const std::uint32_t midpoint = midpoint_after(corner, side);
+          if (midpoint != kNone) points[end++] = midpoint;
+        }
+        c = corner.next;
+      } while (c != first);
+      if (side == 1) std::reverse(points.begin() + begin + 1, points.begin() + end);
       const std::uint32_t beside = corners[first].beside;
-      loops_.push_back({first, beside == kNone ? faces++ : loops_[corners[beside].loop].face});
+      loops_.push_back({beside == kNone ? faces++ : loops_[corners[beside].loop].face, begin, end});
     }
-    if (faces < loops_.size())
-      std::stable_sort(loops_.begin(), loops_.end(),
-                       [](const Loop& a, const Loop& b) { return a.face < b.face; });
+    points.resize(end);
+    return faces;
   }
 
-  void write_loop(std::uint32_t first, unsigned side, FacePart& part) {
-    const std::size_t begin = part.loop_points.size();
-    std::uint32_t c = first;
-    do {
-      const Corner& corner = links_.corners[c];
-      const unsigned octant = octant_at(axis_, side, corner.quadrant);
-      part.loop_points.push_back(points_->at(plane_[corner.vertex], octant, axis_));
-      if (points_->contacts() == NonManifold::split) {
-        const std::uint32_t midpoint = midpoint_after(corner, side);
-        if (midpoint != kNone) part.loop_points.push_back(midpoint);
-      }
-      c = corner.next;
-    } while (c != first);
-    if (side == 1) std::reverse(part.loop_points.begin() + std::ptrdiff_t(begin) + 1, part.loop_points.end());
-    part.loop_ends.push_back(static_cast<std::uint32_t>(part.loop_points.size()));
+  /// Sorts the loops by face.
+  void sort_loops(Array<std::uint32_t>& points) {
+    std::uint32_t end = loops_[0].begin;
+    unsorted_.assign(points.begin() + end, points.end());
+    std::stable_sort(loops_.begin(), loops_.end(),
+                     [](const Loop& a, const Loop& b) { return a.face < b.face; });
+    const std::uint32_t first = end;
+    for (Loop& loop : loops_) {
+      const auto source = unsorted_.begin() - first;
+      std::copy(source + loop.begin, source + loop.end, points.begin() + end);
+      end += loop.end - loop.begin;
+      loop.end = end;
+    }
   }
 
   /// The midpoint of the edge from a corner to the next one, or kNone.
   std::uint32_t midpoint_after(const Corner& corner, unsigned side) const {
-    const PlaneVertex &from = plane_[corner.vertex], &to = plane_[links_.corners[corner.next].vertex];
+    if (!points_->has_midpoints()) return kNone;
+    const PlaneVertex &from = plane_[corner.vertex], &to = plane_[links_.corner(corner.next).vertex];
     const bool along_row = from.row == to.row;
     const int edge_axis = (axis_ + (along_row ? 1 : 2)) % 3;
     const bool ascends = along_row ? from.column < to.column : from.row < to.row;
@@ -160,6 +191,7 @@ class PlaneFaces {
   PlaneSweep<CornerLinks::Interval> sweep_;
   CornerLinks links_;
   std::vector<Loop> loops_;
+  std::vector<std::uint32_t> unsorted_;
 };
 
 /// Appends offsets of a part, moved by what came before it.
@@ -212,8 +244,7 @@ Faces find_faces(const Planes& planes, const Points& points) {
     PlaneFaces& finder = finders.local();
     for (std::size_t i = first; i < last; ++i) {
       const PlaneOrder& order = planes[chunks[i].axis];
-      // Most vertices are a corner of one face an axis.
-      parts[i].loop_points.reserve(order.vertices_of(chunks[i]).size() * 5 / 4);
+      parts[i].reserve(order.vertices_of(chunks[i]).size());
       for (std::size_t p = chunks[i].begin; p < chunks[i].end; ++p)
         finder.add(chunks[i].axis, order.plane(p), parts[i]);
     }
@@ -222,12 +253,17 @@ Faces find_faces(const Planes& planes, const Points& points) {
 }
 
 Array<Edge> find_edges(const Planes& planes, const Points& points) {
-  std::array<std::vector<Edge>, 3 * kEdgeChunks> parts;
   const bool split = points.contacts() == NonManifold::split;
-  for_each_edge(planes, kEdgeChunks,
+  const std::size_t chunks = edge_chunks(planes);
+  std::vector<std::vector<Edge>> parts(3 * chunks);
+  for_each_edge(planes, chunks,
                 [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  std::vector<Edge>& part = parts[std::size_t(axis) * kEdgeChunks + chunk];
-                  const int copies = split ? kOctants[lower.mask].edges[2 * axis] : 1;
+                  std::vector<Edge>& part = parts[std::size_t(axis) * chunks + chunk];
+                  if (!split) {
+                    part.push_back({lower.vertex, upper.vertex});
+                    return;
+                  }
+                  const int copies = kOctants[lower.mask].edges[2 * axis];
                   for (int sector = 0; sector < copies; ++sector) {
                     const std::uint32_t from = points.at_edge(lower, 2 * axis, sector);
                     const std::uint32_t to = points.at_edge(upper, 2 * axis + 1, sector);
@@ -240,7 +276,7 @@ Array<Edge> find_edges(const Planes& planes, const Points& points) {
                     }
                   }
                 });
-  std::array<std::size_t, 3 * kEdgeChunks + 1> before{};
+  std::vector<std::size_t> before(parts.size() + 1);
   for (std::size_t p = 0; p < parts.size(); ++p) before[p + 1] = before[p] + parts[p].size();
   Array<Edge> edges;
   with_memory("the edges of the boundary", before.back() * sizeof(Edge),

@@ -38,6 +38,9 @@ class DisjointSets {
     }
   }
 
+  /// Is an element the lowest of its set? Not while sets are joined.
+  bool is_lowest(std::uint32_t i) const { return parents_[i] == i; }
+
   /// Joins the sets of two elements. Thread-safe.
   void join(std::uint32_t a, std::uint32_t b) {
     for (;;) {

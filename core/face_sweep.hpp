@@ -3,46 +3,52 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
+#include <span>
 #include <vector>
 
 #include "core/ordered_bitset.hpp"
+#include "core/planes.hpp"
 
 namespace boxunion {
 
 namespace detail {
 
 /// The intervals of a sweep by the column of their left ends, where there are few at a time.
-template <class Interval, class Column, std::size_t most>
+template <class Interval, std::size_t most>
 class FewIntervals {
  public:
-  /// The interval that begins at a column, which one does.
-  Interval& at(Column column) {
-    std::size_t i = 0;
-    while (columns_[i] != column) ++i;
-    return intervals_[i];
+  /// The interval that begins at a column, where one does.
+  Interval& at(std::uint32_t column) { return intervals_[place(column)]; }
+  /// Takes it out.
+  Interval take(std::uint32_t column) {
+    const std::size_t i = place(column);
+    const Interval interval = intervals_[i];
+    columns_[i] = columns_[--size_];
+    intervals_[i] = intervals_[size_];
+    return interval;
   }
   /// The last one that begins left of a column, where there is one.
-  Interval& below(Column column) {
+  Interval& below(std::uint32_t column) {
     std::size_t last = 0;
     while (columns_[last] >= column) ++last;
     for (std::size_t i = last + 1; i < size_; ++i)
       last = columns_[i] < column && columns_[i] > columns_[last] ? i : last;
     return intervals_[last];
   }
-  void insert(Column column, const Interval& interval) {
+  void insert(std::uint32_t column, const Interval& interval) {
     columns_[size_] = column;
     intervals_[size_++] = interval;
   }
-  void erase(Column column) {
-    const std::size_t i = std::size_t(&at(column) - intervals_.data());
-    columns_[i] = columns_[--size_];
-    intervals_[i] = intervals_[size_];
-  }
 
  private:
+  std::size_t place(std::uint32_t column) const {
+    std::size_t i = 0;
+    while (columns_[i] != column) ++i;
+    return i;
+  }
+
   std::size_t size_ = 0;
-  std::array<Column, most> columns_;
+  std::array<std::uint32_t, most> columns_;
   std::array<Interval, most> intervals_;
 };
 
@@ -56,12 +62,15 @@ class ManyIntervals {
     starts_ = OrderedBitset(columns);
   }
   Interval& at(std::uint32_t column) { return intervals_[column]; }
+  Interval take(std::uint32_t column) {
+    starts_.erase(column);
+    return intervals_[column];
+  }
   Interval& below(std::uint32_t column) { return intervals_[starts_.below(column)]; }
   void insert(std::uint32_t column, const Interval& interval) {
     intervals_[column] = interval;
     starts_.insert(column);
   }
-  void erase(std::uint32_t column) { starts_.erase(column); }
 
  private:
   std::vector<Interval> intervals_;
@@ -69,6 +78,13 @@ class ManyIntervals {
 };
 
 }  // namespace detail
+
+/// A vertex of a sweep.
+struct SweepVertex {
+  std::uint32_t id;  ///< what the events say
+  std::uint32_t column;
+  std::uint32_t quadrants;  ///< that faces fill; never none or all
+};
 
 /// Sweeps the faces of one plane and direction, row by row from left to right.
 ///
@@ -91,55 +107,79 @@ class FaceSweep {
   /// The most vertices of a small sweep.
   static constexpr std::size_t kSmall = 64;
 
-  /// Vertices 0 .. count - 1 lie in order of row and column; column(i) is an integer less than `columns`,
-  /// and quadrants(i) is 0 where no face is at hand. Every boundary edge of the faces runs between neighbours
-  /// on a row or column.
-  template <class Column, class Quadrants, class Visitor>
-  void run(std::size_t count, std::uint32_t columns, Column&& column, Quadrants&& quadrants,
-           Visitor&& visitor) {
-    many_.reserve(columns);
-    sweep(many_, count, column, quadrants, visitor);
-  }
-
-  /// The same for at most kSmall vertices, which may have any columns.
-  template <class Column, class Quadrants, class Visitor>
-  void run_small(std::size_t count, Column&& column, Quadrants&& quadrants, Visitor&& visitor) {
-    // Every interval began at two vertices of its own.
-    detail::FewIntervals<Interval, std::decay_t<decltype(column(0))>, kSmall / 2> few;
-    sweep(few, count, column, quadrants, visitor);
+  /// The vertices lie in order of row and column, and every boundary edge of the faces runs between
+  /// neighbours on a row or column. Columns are less than `columns`, or anything if there are at most kSmall
+  /// vertices.
+  template <class Visitor>
+  void run(std::span<const SweepVertex> vertices, std::uint32_t columns, Visitor&& visitor) {
+    if (vertices.size() <= kSmall) {
+      // Every interval began at two vertices of its own.
+      detail::FewIntervals<Interval, kSmall / 2> few;
+      sweep(few, vertices, visitor);
+    } else {
+      many_.reserve(columns);
+      sweep(many_, vertices, visitor);
+    }
   }
 
  private:
-  template <class Intervals, class Column, class Quadrants, class Visitor>
-  static void sweep(Intervals& intervals, std::size_t count, Column&& column, Quadrants&& quadrants,
-                    Visitor&& visitor) {
+  template <class Intervals, class Visitor>
+  static void sweep(Intervals& intervals, std::span<const SweepVertex> vertices, Visitor& visitor) {
     Interval open{};  // the interval whose left end is the edge on this row
-    for (std::size_t i = 0; i < count; ++i) {
-      const unsigned q = quadrants(i);
-      if (q == 0) continue;
-      const auto c = column(i);
-      const bool left_below = q & 1u, right_below = q & 2u, left_above = q & 4u, right_above = q & 8u;
-      if (q == 7u) {
-        open = visitor.split(intervals.below(c), i);
-      } else if (q == 14u) {
-        visitor.merge(intervals.below(c), intervals.at(c), i);
-        intervals.erase(c);
-      } else {
-        if (right_below) {
-          if (!left_below) {
-            open = intervals.at(c);
-            intervals.erase(c);
-          }
+    for (const auto& [i, c, quadrants] : vertices) {
+      switch (quadrants) {
+        case bits(right_above):
+          intervals.insert(c, visitor.start(i));
+          break;
+        case bits(left_below):
+          visitor.end(open, i);
+          break;
+        case bits(left_below, right_above):
+          visitor.end(open, i);
+          intervals.insert(c, visitor.start(i));
+          break;
+        case bits(left_above):
+        case bits(left_above, left_below):
+        case bits(left_above, right_above):
+        case bits(left_above, right_above, left_below):
+          visitor.right(intervals.below(c), i);
+          break;
+        case bits(right_below):
+          open = intervals.take(c);
           visitor.left(open, i);
-          if (right_above) intervals.insert(c, open);
+          break;
+        case bits(right_below, right_above):
+          visitor.left(intervals.at(c), i);
+          break;
+        case bits(right_below, left_below):
+          visitor.left(open, i);
+          break;
+        case bits(right_below, left_below, right_above):
+          visitor.left(open, i);
+          intervals.insert(c, open);
+          break;
+        case bits(right_below, left_above):
+          open = intervals.take(c);
+          visitor.left(open, i);
+          visitor.right(intervals.below(c), i);
+          break;
+        case bits(left_below, right_below, left_above):
+          open = visitor.split(intervals.below(c), i);
+          break;
+        case bits(right_below, left_above, right_above): {
+          Interval right_part = intervals.take(c);
+          visitor.merge(intervals.below(c), right_part, i);
+          break;
         }
-        if (left_above) visitor.right(intervals.below(c), i);
-        if (!right_below && !left_above) {
-          if (left_below) visitor.end(open, i);
-          if (right_above) intervals.insert(c, visitor.start(i));
-        }
+        default:
+          break;
       }
     }
+  }
+
+  template <class... Quadrants>
+  static constexpr unsigned bits(Quadrants... quadrants) {
+    return ((1u << quadrants) | ...);
   }
 
   detail::ManyIntervals<Interval> many_;

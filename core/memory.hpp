@@ -1,6 +1,7 @@
 #pragma once
 
 #include <sys/mman.h>
+#include <tbb/scalable_allocator.h>
 
 #include <cstddef>
 #include <new>
@@ -32,34 +33,44 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
   }
 }
 
-/// An allocator for large arrays of numbers: new elements keep whatever their memory holds, and where the
-/// system has huge pages it is asked for them, for memory in small ones takes longer to get than to fill.
-/// From half a huge page on, arrays take whole ones.
+// Sanitizers know nothing of oneTBB's allocator, so built with one everything comes from the language's.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define BOXUNION_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define BOXUNION_SANITIZED
+#endif
+#endif
+
+/// An allocator for arrays of numbers. New elements keep whatever their memory holds. Memory in small pages
+/// takes longer to get from the system than to fill, so arrays of middle size come from oneTBB's allocator,
+/// which keeps what was freed, and those from half a huge page on are whole huge pages, where the system has
+/// them.
 template <class T>
-class LargeAllocator {
+class ArrayAllocator {
  public:
   using value_type = T;
 
-  LargeAllocator() = default;
+  ArrayAllocator() = default;
   template <class U>
-  LargeAllocator(const LargeAllocator<U>&) {}
+  ArrayAllocator(const ArrayAllocator<U>&) {}
 
   T* allocate(std::size_t n) {
     if (n > std::size_t(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
-    if (!is_large(n)) return static_cast<T*>(::operator new(n * sizeof(T)));
-    constexpr std::size_t kPage = std::size_t(kHugePage);
-    const std::size_t bytes = (n * sizeof(T) + kPage - 1) / kPage * kPage;
-    void* const memory = ::operator new(bytes, kHugePage);
+    std::size_t bytes = n * sizeof(T);
+    if (bytes < kHugePage / 2) return static_cast<T*>(allocate_some(bytes));
+    bytes = (bytes + kHugePage - 1) / kHugePage * kHugePage;
+    void* const memory = ::operator new(bytes, std::align_val_t(kHugePage));
 #ifdef MADV_HUGEPAGE
     ::madvise(memory, bytes, MADV_HUGEPAGE);  // no harm if it fails
 #endif
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, std::size_t n) {
-    if (is_large(n))  // no conditional expression: of this one clang++ 14 calls both sides
-      ::operator delete(memory, kHugePage);
+    if (n * sizeof(T) < kHugePage / 2)
+      deallocate_some(memory);
     else
-      ::operator delete(memory);
+      ::operator delete(memory, std::align_val_t(kHugePage));
   }
 
   template <class U>
@@ -70,21 +81,36 @@ class LargeAllocator {
   void construct(U* place, Arguments&&... arguments) {
     ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
   }
-  friend bool operator==(const LargeAllocator&, const LargeAllocator&) {
+  friend bool operator==(const ArrayAllocator&, const ArrayAllocator&) {
     return true;
   }
 
  private:
-  static constexpr std::align_val_t kHugePage{std::size_t{1} << 21};
-  static bool is_large(std::size_t n) {
-    return n * sizeof(T) >= std::size_t(kHugePage) / 2;
+  static constexpr std::size_t kHugePage = std::size_t{1} << 21;
+
+#ifdef BOXUNION_SANITIZED
+  static void* allocate_some(std::size_t bytes) {
+    return ::operator new(bytes);
   }
+  static void deallocate_some(void* memory) {
+    ::operator delete(memory);
+  }
+#else
+  static void* allocate_some(std::size_t bytes) {
+    void* const memory = scalable_malloc(bytes);
+    if (!memory) throw std::bad_alloc();
+    return memory;
+  }
+  static void deallocate_some(void* memory) {
+    scalable_free(memory);
+  }
+#endif
 };
 
 /// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
 /// thread.
 template <class T>
-using Array = std::vector<T, LargeAllocator<T>>;
+using Array = std::vector<T, ArrayAllocator<T>>;
 
 /// An array for `what`; throws as with_memory does.
 template <class T>

@@ -1,41 +1,47 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/face_sweep.hpp"
 #include "core/planes.hpp"
 
 namespace boxunion {
 
-/// Sweeps the faces of planes of a solid, see FaceSweep; events refer to positions in the plane.
+/// Sweeps the faces of planes of a solid, see FaceSweep; events name vertices by their positions in the
+/// plane.
 template <class Interval>
 class PlaneSweep {
  public:
-  /// Takes a plane normal to `axis`, which must stay.
+  /// Takes a plane normal to `axis`.
   void assign(int axis, std::span<const PlaneVertex> plane) {
-    axis_ = axis;
-    plane_ = plane;
-    if (!is_small()) columns_.assign(plane);
+    const bool is_small = plane.size() <= FaceSweep<Interval>::kSmall;
+    if (!is_small) columns_.assign(plane);
+    for (auto& vertices : vertices_)
+      if (vertices.size() < plane.size()) vertices.resize(plane.size());
+    count_ = {};
+    for (std::uint32_t i = 0; i < plane.size(); ++i) {
+      const std::uint32_t column = is_small ? plane[i].column : columns_[i];
+      for (unsigned side = 0; side < 2; ++side) {  // no branch: which side it is nobody can predict
+        const std::uint32_t quadrants = kFaceQuadrants[plane[i].mask][axis][side];
+        vertices_[side][count_[side]] = {i, column, quadrants};
+        count_[side] += quadrants != 0;
+      }
+    }
   }
 
   /// Sweeps the faces of a direction (0: towards the axis' positive side, 1: negative).
   template <class Visitor>
   void run(unsigned side, Visitor&& visitor) {
-    const auto quadrants = [&](std::size_t i) { return kFaceQuadrants[plane_[i].mask][axis_][side]; };
-    if (is_small())
-      sweep_.run_small(
-          plane_.size(), [&](std::size_t i) { return plane_[i].column; }, quadrants, visitor);
-    else
-      sweep_.run(
-          plane_.size(), columns_.count(), [&](std::size_t i) { return columns_[i]; }, quadrants, visitor);
+    sweep_.run(std::span(vertices_[side]).first(count_[side]), columns_.count(), visitor);
   }
 
  private:
-  bool is_small() const { return plane_.size() <= FaceSweep<Interval>::kSmall; }
-
-  int axis_ = 0;
-  std::span<const PlaneVertex> plane_;
+  std::array<std::vector<SweepVertex>, 2> vertices_;
+  std::array<std::size_t, 2> count_{};
   PlaneColumns columns_;
   FaceSweep<Interval> sweep_;
 };

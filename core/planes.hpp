@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -91,6 +92,11 @@ class PlaneColumns {
   std::vector<std::uint32_t> ranks_;
   std::vector<std::uint64_t> sorted_, scratch_;
 };
+
+/// How many chunks of edges an axis is worth.
+inline std::size_t edge_chunks(const Planes& planes) {
+  return std::clamp(planes[0].vertices.size() / 4096, std::size_t(1), std::size_t(64));
+}
 
 /// Calls f(chunk, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in
 /// parallel over `chunks` of each axis: edges of a chunk come one after the other in a fixed order.

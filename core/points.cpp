@@ -14,7 +14,6 @@ namespace boxunion {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 14;  // vertices
-constexpr std::size_t kChunks = 64;
 
 [[noreturn]] void throw_too_many() {
   throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points");
@@ -47,8 +46,8 @@ Array<std::uint32_t> Fans::vertices() const {
 Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
     : solid_(&solid), contacts_(contacts), fans_(contacts == NonManifold::split ? Fans(solid) : Fans({})) {
   if (contacts == NonManifold::keep) return;
-  std::array<std::vector<Midpoint>, kChunks> parts;
-  for_each_edge(planes, kChunks,
+  std::vector<std::vector<Midpoint>> parts(edge_chunks(planes));
+  for_each_edge(planes, parts.size(),
                 [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
                   const auto& at_lower = kFans[lower.mask].at_edge[2 * axis];
                   const auto& at_upper = kFans[upper.mask].at_edge[2 * axis + 1];

@@ -12,7 +12,6 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kEdgeChunks = 64;
 constexpr std::size_t kGrain = 1 << 14;  // faces
 
 /// A rectangle of the y-z plane, lo <= p < hi.
@@ -180,12 +179,13 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
 Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces, NonManifold contacts) {
   const Fans fans(solid);
   DisjointSets sets(fans.count(), "joining faces");
-  for_each_edge(
-      planes, kEdgeChunks, [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-        const int sectors = kOctants[lower.mask].edges[2 * axis];
-        for (int sector = 0; sector < sectors; ++sector)
-          sets.join(fans.at_edge(lower, 2 * axis, sector), fans.at_edge(upper, 2 * axis + 1, sector));
-      });
+  for_each_edge(planes, edge_chunks(planes),
+                [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+                  const int sectors = kOctants[lower.mask].edges[2 * axis];
+                  for (int sector = 0; sector < sectors; ++sector)
+                    sets.join(fans.at_edge(lower, 2 * axis, sector),
+                              fans.at_edge(upper, 2 * axis + 1, sector));
+                });
   // The first point of an outer loop has the face right above it, that of a hole everywhere else (see
   // find_faces).
   const auto fan_of_loop = [&](std::size_t face, std::uint32_t loop) {
@@ -211,7 +211,7 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
   for (std::uint32_t vertex = 0; vertex < solid.vertices.size(); ++vertex) {
     const unsigned mask = solid.vertices[vertex].mask;
     for (unsigned i = 0; i < kFans[mask].count; ++i, ++fan) {
-      if (sets.find(fan) != fan) continue;
+      if (!sets.is_lowest(fan)) continue;
       shell_of[fan] = static_cast<std::uint32_t>(shells.cavity.size());
       const bool cavity = !(mask >> 7 & 1u);
       if (cavity) {

@@ -155,9 +155,11 @@ class FaceTriangulator {
       if (a.column != b.column) return a.column < b.column;
       return a.quadrants < b.quadrants;  // an end before a start
     });
+    swept_.clear();
+    for (const LoopCorner& corner : corners_)
+      swept_.push_back({static_cast<std::uint32_t>(swept_.size()), corner.column, corner.quadrants});
     sweep_.run(
-        corners_.size(), columns, [&](std::size_t i) { return corners_[i].column; },
-        [&](std::size_t i) { return corners_[i].quadrants; },
+        swept_, columns,
         Chains(
             nodes_, [&](std::size_t i, Quadrant) -> const Corner& { return corners_[i]; }, mirrored, out));
   }
@@ -201,6 +203,7 @@ class FaceTriangulator {
   const Faces* faces_;
   std::vector<LoopCorner> corners_;
   std::vector<double> columns_;
+  std::vector<SweepVertex> swept_;
   FaceSweep<ChainInterval> sweep_;
   std::vector<ChainNode> nodes_;
 };
