@@ -136,10 +136,11 @@ class PlaneFaces {
     for (std::uint32_t first = 0; first < corners.size(); ++first) {
       if (corners[first].loop != kNone) continue;
       const std::uint32_t begin = end;
+      const auto loop = static_cast<std::uint32_t>(loops_.size());
       std::uint32_t c = first;
       do {
         Corner& corner = corners[c];
-        corner.loop = static_cast<std::uint32_t>(loops_.size());
+        corner.loop = loop;
         if (keep) {
           points[end++] = plane_[corner.vertex].vertex;
         } else {

@@ -22,15 +22,16 @@ class PlaneSweep {
     if (!is_small) columns_.assign(plane);
     for (auto& vertices : vertices_)
       if (vertices.size() < plane.size()) vertices.resize(plane.size());
-    count_ = {};
+    std::array<SweepVertex*, 2> next = {vertices_[0].data(), vertices_[1].data()};
     for (std::uint32_t i = 0; i < plane.size(); ++i) {
       const std::uint32_t column = is_small ? plane[i].column : columns_[i];
-      for (unsigned side = 0; side < 2; ++side) {  // no branch: which side it is nobody can predict
-        const std::uint32_t quadrants = kFaceQuadrants[plane[i].mask][axis][side];
-        vertices_[side][count_[side]] = {i, column, quadrants};
-        count_[side] += quadrants != 0;
+      const auto& quadrants = kFaceQuadrants[plane[i].mask][axis];
+      for (unsigned side = 0; side < 2; ++side) {  // no branch: nobody can predict which side it is
+        *next[side] = {i, column, quadrants[side]};
+        next[side] += quadrants[side] != 0;
       }
     }
+    for (unsigned side = 0; side < 2; ++side) count_[side] = std::size_t(next[side] - vertices_[side].data());
   }
 
   /// Sweeps the faces of a direction (0: towards the axis' positive side, 1: negative).

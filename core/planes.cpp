@@ -54,16 +54,13 @@ class PlaneSort {
       });
     };
     each_vertex([](std::size_t, std::uint32_t& count) { ++count; });
-    order_.first.resize(std::min<std::size_t>(count_, ordinals_) + 1);
     std::uint32_t sum = 0;
-    std::size_t planes = 0;
     for (std::uint32_t ordinal = 0; ordinal < ordinals_; ++ordinal) {
-      order_.first[planes] = sum;
-      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-        sum += std::exchange(places[chunk * ordinals_ + ordinal], sum);
-      planes += sum != order_.first[planes];
+      const std::uint32_t before = sum;
+      for (std::size_t place = ordinal; place < places.size(); place += ordinals_)
+        sum += std::exchange(places[place], sum);
+      if (sum != before) order_.first.push_back(before);
     }
-    order_.first.resize(planes);
     each_vertex([&](std::size_t i, std::uint32_t& place) { order_.vertices[place++] = vertex_(i); });
   }
 
