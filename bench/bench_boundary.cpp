@@ -2,15 +2,18 @@
 // input: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
 // Prints a Markdown table; times are medians, in seconds.
 //
-//   bench_boundary [RUNS [COUNT...]] [--json FILE]    default: 5 runs of 1000, 10000 and 100000 cubes
+//   bench_boundary [RUNS [COUNT...]] [--json FILE]    default: 5 runs of 1000, 10000, 100000 and (sparse
+//   ones) 1000000 cubes
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "bench/sorting.hpp"
 #include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/brep.hpp"
@@ -23,6 +26,7 @@ namespace {
 using namespace boxunion;
 
 constexpr int kUniverse = 32768;
+constexpr std::size_t kSparseOnly = 1'000'000;  // so many cubes and more
 const Options kOptions{.device = "native"};
 
 /// Cubes of which the volumes add up to `volumes` universes, with low corners uniform on [0, kUniverse).
@@ -57,30 +61,37 @@ int main(int argc, char** argv) {
   const int runs = arguments.empty() ? 5 : std::stoi(arguments[0]);
   std::vector<std::size_t> counts;
   for (std::size_t i = 1; i < arguments.size(); ++i) counts.push_back(std::stoul(arguments[i]));
-  if (counts.empty()) counts = {1000, 10'000, 100'000};
+  if (counts.empty()) counts = {1000, 10'000, 100'000, kSparseOnly};
 
-  tables.begin("boundary",
-               {"cubes", "volumes", "vertices", "faces", "triangles", "union", "brep", "mesh", "split_mesh"});
+  tables.begin("boundary", {"cubes", "volumes", "vertices", "faces", "triangles", "sort", "union", "brep",
+                            "mesh", "split_mesh"});
   for (const std::size_t count : counts)
     for (const double volumes : {0.015, 0.5, 3.0}) {
+      if (count >= kSparseOnly && volumes > 0.015) continue;
       const BoxSet boxes = cubes(count, volumes);
       const Solid solid = unite(boxes, kOptions);
       const MassProperties mass = measure(boxes, kOptions);
-      const Brep brep = make_brep(solid, NonManifold::keep);
-      const Mesh mesh = make_mesh(solid, NonManifold::keep);
-      if (!is_right(mesh, mass) || !is_right(make_mesh(solid, NonManifold::split), mass)) {
+      const std::size_t faces = make_brep(solid, NonManifold::keep).faces.size();
+      std::size_t triangles = 0;
+      const auto is_right_kept = [&] {
+        const Mesh mesh = make_mesh(solid, NonManifold::keep);
+        triangles = mesh.triangles.size();
+        return is_right(mesh, mass);
+      };
+      if (!is_right_kept() || !is_right(make_mesh(solid, NonManifold::split), mass)) {
         fmt::print("{} cubes of volume {}: wrong mesh\n", count, volumes);
         return 1;
       }
-      const double union_time = median_seconds(runs, [&] { unite(boxes, kOptions); });
-      const double brep_time =
-          median_seconds(runs, [&] { make_brep(unite(boxes, kOptions), NonManifold::keep); });
-      const double mesh_time =
-          median_seconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::keep); });
-      const double split_time =
-          median_seconds(runs, [&] { make_mesh(unite(boxes, kOptions), NonManifold::split); });
-      tables.add(count, volumes, solid.vertices.size(), brep.faces.size(), mesh.triangles.size(), union_time,
-                 brep_time, mesh_time, split_time);
+      std::array<std::vector<double>, 5> times;
+      for (int r = 0; r < runs; ++r) {  // in turn, so that all see the same machine
+        times[0].push_back(seconds_to_sort(boxes));
+        times[1].push_back(seconds_of([&] { unite(boxes, kOptions); }));
+        times[2].push_back(seconds_of([&] { make_brep(unite(boxes, kOptions), NonManifold::keep); }));
+        times[3].push_back(seconds_of([&] { make_mesh(unite(boxes, kOptions), NonManifold::keep); }));
+        times[4].push_back(seconds_of([&] { make_mesh(unite(boxes, kOptions), NonManifold::split); }));
+      }
+      tables.add(count, volumes, solid.vertices.size(), faces, triangles, median(times[0]), median(times[1]),
+                 median(times[2]), median(times[3]), median(times[4]));
     }
   tables.write();
   return 0;

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include <set>
 #include <string>
 
+#include "bench/sorting.hpp"
 #include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/generate.hpp"
@@ -93,17 +93,7 @@ void against_sort(Tables& tables) {
       if (device.starts_with("vulkan") && count > 5'000'000) continue;
       std::vector<double> ours, sorts, ratios;
       for (int r = 0; r <= runs; ++r) {  // in turn, so that both see the same machine
-        double sort = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          std::vector<double> corners(2 * boxes.size());
-          boxes.visit([&](const auto& all) {
-            for (std::size_t i = 0; i < all.size(); ++i) {
-              corners[2 * i] = all[i][axis];
-              corners[2 * i + 1] = all[i][axis + 3];
-            }
-          });
-          sort += seconds_of([&] { tbb::parallel_sort(corners.begin(), corners.end()); });
-        }
+        const double sort = seconds_to_sort(boxes);
         MassProperties mass;
         const double time = seconds_of([&] { mass = measure(boxes, {.device = device}); });
         if (mass != expected) std::exit(1);
