@@ -54,7 +54,7 @@ class ContourCell {
     std::uint64_t occurring() const;
 
    private:
-    static constexpr std::uint32_t kMarked = 1u << 13;  // ordinals of a cell that are marked in a bitmap
+    static constexpr std::uint32_t kMarked = 1u << 15;  // ordinals of a cell that are marked in a bitmap
 
     /// Counts from 1 at the low end of the cell; 0 stands for all that is lower, extent + 1 for its high end
     /// and beyond.

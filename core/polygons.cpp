@@ -34,7 +34,10 @@ class LoopLinks {
   };
 
   explicit LoopLinks(std::size_t vertices) : vertices_(vertices) {
-    with_memory("the loops", vertices * sizeof(std::uint32_t), [&] { next_.resize(vertices); });
+    with_memory("the loops", vertices * sizeof(std::uint32_t), [&] {
+      next_.resize(vertices);
+      beginnings_.reserve(vertices / 2);  // seldom more, and what is not used takes no memory
+    });
   }
 
   std::size_t corners() const { return next_.size(); }
@@ -91,7 +94,7 @@ class LoopLinks {
   std::uint32_t last_ = kNone;  // the vertex of the last corner
   Array<std::uint32_t> next_;
   std::vector<std::uint32_t> second_;  // vertices of second corners
-  std::vector<Beginning> beginnings_;  // in order of their vertices
+  Array<Beginning> beginnings_;        // in order of their vertices
 };
 
 /// The x of vertices as small numbers in the same order: ordinals, or ranks where the ordinals are too
@@ -137,6 +140,8 @@ Loops trace(LoopLinks& links) {
   Loops loops;
   with_memory("the loops", links.corners() * sizeof(std::uint32_t),
               [&] { loops.points.resize(links.corners()); });
+  loops.first_point.reserve(links.beginnings().size() + 1);
+  loops.polygon.reserve(links.beginnings().size());
   std::vector<std::uint64_t> traced(links.corners() / 64 + 1);
   std::uint32_t end = 0;
   for (const LoopLinks::Beginning& beginning : links.beginnings()) {
