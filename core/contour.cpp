@@ -47,23 +47,32 @@ struct Grid {
 };
 
 /// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
-/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates.
+/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates. A
+/// rectangle touches not many strips nor columns on average.
 Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22;
-  const double width = axes[0].count(), height = axes[1].count(), n = double(all.size());
-  if (n * kDirect * kDirect >= kFewest * width * height)
-    return {{axes[0].count(), std::ceil(width / kDirect)}, {axes[1].count(), std::ceil(height / kDirect)}};
+  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kMostTouched = 8;
+  const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
   double sum[2] = {0, 0}, sampled = 0;
   for (std::size_t i = 0; i < all.size(); i += all.size() / 1024 + 1, ++sampled)
     for (const unsigned axis : {0u, 1u}) sum[axis] += all[i].hi[axis] - all[i].lo[axis];
-  const double mean[2] = {sum[0] / sampled, sum[1] / sampled};
+  double most[2], share[2];  // of the extent, that a rectangle takes
+  for (const unsigned axis : {0u, 1u}) {
+    share[axis] = sum[axis] / sampled / extent[axis];
+    most[axis] = (kMostTouched - 1) / share[axis] + 1;
+  }
+  const auto grid = [&](double columns, double strips) {
+    return Grid{{axes[0].count(), columns}, {axes[1].count(), strips}};
+  };
+  const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
+  if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
+    return grid(direct[0], direct[1]);
   // m rectangles that a cell would own have about m + sqrt(m * density) places an axis, halved
-  const double density = n * (mean[0] / width) * (mean[1] / height);
+  const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
-  const double cells = n / (root * root);
-  const double ratio =
-      std::clamp(mean[1] / mean[0] * (width / height), 1 / 16., 16.);  // of columns to strips
-  return {{axes[0].count(), std::sqrt(cells * ratio)}, {axes[1].count(), std::sqrt(cells / ratio)}};
+  const double cells = n / (root * root), ratio = std::clamp(share[1] / share[0], 1 / 16., 16.);
+  const double columns = std::min(std::sqrt(cells * ratio), most[0]);
+  const double strips = std::min(cells / columns, most[1]);
+  return grid(std::min(cells / strips, most[0]), strips);
 }
 
 /// The rectangles that touch each strip.

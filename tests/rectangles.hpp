@@ -80,7 +80,9 @@ std::vector<Rectangles<T>> large_sets() {
   append(sets.back(), scattered<T>(300, 4000, 2, 4000, 5));
   sets.push_back(scattered<T>(3000, 500, 5, 5, 6));  // a crowd, and a few that make the plane wide
   append(sets.back(), scattered<T>(20, kWide / 2, 100, 100, 7));
-  sets.push_back(Rectangles<T>(5000, {1, 1, 1000, 1000}));  // copies
+  sets.push_back(scattered<T>(20000, 30000, 9000, 9000, 11));  // many round each point
+  sets.push_back(scattered<T>(3000, 30000, 3, 60000, 12));     // walls
+  sets.push_back(Rectangles<T>(5000, {1, 1, 1000, 1000}));     // copies
   append(sets.back(), scattered<T>(50, 1000000, 100000, 100000, 8));
   Rectangles<T> nested;  // that share a corner
   for (int i = 1; i <= 3000; ++i) nested.push_back({0, 0, T(7 * i), T(100000 - 11 * i)});
