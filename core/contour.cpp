@@ -70,9 +70,9 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
   const double cells = n / (root * root), ratio = std::clamp(share[1] / share[0], 1 / 16., 16.);
-  const double columns = std::min(std::sqrt(cells * ratio), most[0]);
-  const double strips = std::min(cells / columns, most[1]);
-  return grid(std::min(cells / strips, most[0]), strips);
+  const double columns = std::min(std::ceil(std::sqrt(cells * ratio)), most[0]);
+  const double strips = std::min(std::ceil(cells / columns), most[1]);
+  return grid(std::min(std::ceil(cells / strips), most[0]), strips);
 }
 
 /// The rectangles that touch each strip.
@@ -159,7 +159,7 @@ class StripContour {
   /// Sorts by rows, or by some rows at once where there are more than vertices. Those of one row are sorted
   /// already.
   Array<ContourVertex> sorted(std::uint32_t lo, std::uint32_t hi) {
-    const int shift = std::max(0, int(std::bit_width(hi - lo)) - int(std::bit_width(vertices_.size())) - 1);
+    const int shift = std::max(0, int(std::bit_width(hi - lo)) - int(std::bit_width(vertices_.size())));
     const auto bucket = [&](const ContourVertex& v) { return (v.y - lo) >> shift; };
     place_.assign((std::size_t{hi - lo} >> shift) + 2, 0);
     for (const ContourVertex& v : vertices_) ++place_[bucket(v) + 1];
@@ -195,6 +195,25 @@ class StripContour {
   std::vector<std::size_t> place_;  // of the next vertex of a bucket of rows
 };
 
+/// The vertices of each strip.
+std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const PlaneAxes& axes) {
+  constexpr std::size_t kGrain = 1 << 13;  // rectangles for a thread
+  const Grid grid = make_grid(all, axes);
+  const Strips strips(all, grid.strips);
+  const std::size_t grain = std::max(kGrain * strips.size() / all.size(), std::size_t{1});
+  all = {};
+  PerThread<StripContour> finders(StripContour(grid.columns));
+  std::vector<Array<ContourVertex>> parts(strips.size());
+  parallel_ranges(0, strips.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Interruptible::check();
+      const auto strip = static_cast<std::uint32_t>(i);
+      parts[i] = finders.local().find(strips[i], grid.strips.begin(strip), grid.strips.begin(strip + 1));
+    }
+  });
+  return parts;
+}
+
 Array<ContourVertex> joined(const std::vector<Array<ContourVertex>>& parts) {
   std::vector<std::size_t> first(parts.size() + 1);
   for (std::size_t i = 0; i < parts.size(); ++i) first[i + 1] = first[i] + parts[i].size();
@@ -210,25 +229,11 @@ Array<ContourVertex> joined(const std::vector<Array<ContourVertex>>& parts) {
 }  // namespace
 
 Contour find_contour(const RectangleSet& rectangles) {
-  constexpr std::size_t kGrain = 1 << 13;  // rectangles for a thread
   validate(rectangles);
   PlaneOrdinals ordinals = make_ordinals(rectangles);
-  const std::span<const OrdinalRectangle> all = ordinals.rectangles;
   Contour contour{std::move(ordinals.axes), {}};
-  if (all.empty()) return contour;
-  const Grid grid = make_grid(all, contour.axes);
-  const Strips strips(all, grid.strips);
-  PerThread<StripContour> finders(StripContour(grid.columns));
-  std::vector<Array<ContourVertex>> parts(strips.size());
-  const std::size_t grain = std::max(kGrain * strips.size() / all.size(), std::size_t{1});
-  parallel_ranges(0, strips.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Interruptible::check();
-      const auto strip = static_cast<std::uint32_t>(i);
-      parts[i] = finders.local().find(strips[i], grid.strips.begin(strip), grid.strips.begin(strip + 1));
-    }
-  });
-  contour.vertices = joined(parts);
+  if (!ordinals.rectangles.empty())
+    contour.vertices = joined(find_parts(std::move(ordinals.rectangles), contour.axes));
   return contour;
 }
 
