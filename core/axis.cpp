@@ -11,6 +11,7 @@
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
 #include "core/radix_sort.hpp"
+#include "core/rectangle.hpp"
 
 namespace boxunion {
 namespace {
@@ -75,6 +76,10 @@ class Packing {
   std::vector<std::size_t> starts_;
 };
 
+/// The axes of boxes of any dimension, given as std::array of both corners.
+template <class Boxes>
+constexpr unsigned kAxesOf = std::tuple_size_v<typename Boxes::value_type> / 2;
+
 /// Calls f(box, place) for every box that is not degenerate; `place` others come before it.
 template <class Boxes>
 class SolidBoxes {
@@ -91,22 +96,26 @@ class SolidBoxes {
   }
 
  private:
-  static bool is_solid(const auto& box) { return box[0] != box[3] && box[1] != box[4] && box[2] != box[5]; }
+  static bool is_solid(const auto& box) {
+    bool solid = true;
+    for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) solid &= box[axis] != box[axis + kAxesOf<Boxes>];
+    return solid;
+  }
 
   const Boxes& boxes_;
   Packing packing_;
 };
 
-/// The ordinals of boxes on those axes that have any.
-template <class Boxes>
-std::vector<OrdinalBox> convert(const SolidBoxes<Boxes>& boxes, const Axes& axes) {
-  std::vector<OrdinalBox> result = with_memory("the boxes in ordinals", boxes.count() * sizeof(OrdinalBox),
-                                               [&] { return std::vector<OrdinalBox>(boxes.count()); });
+/// The ordinals of boxes, a Result of structures with corners lo and hi, on those axes that have any.
+template <class Result, class Boxes, class AxesOfThem>
+Result convert(const SolidBoxes<Boxes>& boxes, const AxesOfThem& axes) {
+  Result result = with_memory("the boxes in ordinals", boxes.count() * sizeof(typename Result::value_type),
+                              [&] { return Result(boxes.count()); });
   boxes.each([&](const auto& box, std::size_t place) {
-    for (unsigned axis = 0; axis < 3; ++axis) {
+    for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) {
       if (axes[axis].count() == 0) continue;
       result[place].lo[axis] = axes[axis].ordinal(double(box[axis]));
-      result[place].hi[axis] = axes[axis].ordinal(double(box[axis + 3]));
+      result[place].hi[axis] = axes[axis].ordinal(double(box[axis + kAxesOf<Boxes>]));
     }
   });
   return result;
@@ -153,25 +162,30 @@ Axis rank_of(const Boxes& boxes, unsigned axis) {
   return rank_of<std::uint64_t>(bits, scratch, [](std::uint64_t, std::uint32_t) {});
 }
 
-/// The boxes in ordinals, with ranks on those axes that are no lattices.
-template <class Boxes>
-Ordinals rank_boxes(const Boxes& all, const Axes& lattices) {
-  Ordinals ordinals{lattices, {}, {}};
+/// The same; axes without ordinals become ranks.
+template <class Result, class Boxes, class AxesOfThem>
+Result convert_by_rank(const Boxes& all, AxesOfThem& axes) {
   const SolidBoxes boxes(all);
-  ordinals.boxes = convert(boxes, ordinals.axes);
+  Result result = convert<Result>(boxes, axes);
   auto entries = make_array<Entry>(2 * boxes.count(), "sorting coordinates");
   auto scratch = make_array<Entry>(2 * boxes.count(), "sorting coordinates");
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    if (ordinals.axes[axis].count() > 0) continue;
+  for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) {
+    if (axes[axis].count() > 0) continue;
     boxes.each([&](const auto& box, std::size_t place) {
       entries[2 * place] = {ordered_bits(double(box[axis])), 2 * place};
-      entries[2 * place + 1] = {ordered_bits(double(box[axis + 3])), 2 * place + 1};
+      entries[2 * place + 1] = {ordered_bits(double(box[axis + kAxesOf<Boxes>])), 2 * place + 1};
     });
-    ordinals.axes[axis] = rank_of<Entry>(entries, scratch, [&](const Entry& entry, std::uint32_t ordinal) {
-      OrdinalBox& box = ordinals.boxes[entry.place / 2];
+    axes[axis] = rank_of<Entry>(entries, scratch, [&](const Entry& entry, std::uint32_t ordinal) {
+      auto& box = result[entry.place / 2];
       (entry.place % 2 == 0 ? box.lo : box.hi)[axis] = ordinal;
     });
   }
+  return result;
+}
+
+Ordinals rank_boxes(const auto& all, const Axes& lattices) {
+  Ordinals ordinals{lattices, {}, {}};
+  ordinals.boxes = convert_by_rank<std::vector<OrdinalBox>>(all, ordinals.axes);
   return ordinals;
 }
 
@@ -186,57 +200,61 @@ void LatticeScan::Extent::join(const Extent& other) {
 // Blocks are tested against the units found so far: adding and subtracting 1.5 * 2^52 units rounds to a
 // multiple of the unit, so a coordinate that comes back unchanged is one. The few blocks that fail are looked
 // at bit by bit.
-LatticeScan LatticeScan::scan(const Box* boxes, std::size_t count) {
+template <unsigned kAxes>
+LatticeScan LatticeScan::scan(const std::array<double, 2 * kAxes>* boxes, std::size_t count) {
   constexpr std::size_t kBlock = 128;
-  double unit[6];
-  std::fill(unit, unit + 6, kInfinity);
-  Pair lo[3], hi[3];
-  for (unsigned pair = 0; pair < 3; ++pair) {
+  double unit[2 * kAxes];
+  std::fill(unit, unit + 2 * kAxes, kInfinity);
+  Pair lo[kAxes], hi[kAxes];
+  for (unsigned pair = 0; pair < kAxes; ++pair) {
     lo[pair] = Pair{kInfinity, kInfinity};
     hi[pair] = -lo[pair];
   }
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t end = std::min(count, begin + kBlock);
-    Pair magic[3];
-    Mask same[3];
-    for (unsigned pair = 0; pair < 3; ++pair) {
+    Pair magic[kAxes];
+    Mask same[kAxes];
+    for (unsigned pair = 0; pair < kAxes; ++pair) {
       magic[pair] = Pair{unit[2 * pair], unit[2 * pair + 1]} * 0x1.8p52;  // if infinite, none comes back
       same[pair] = Mask{-1, -1};
     }
     for (std::size_t i = begin; i < end; ++i)
-      for (unsigned pair = 0; pair < 3; ++pair) {
+      for (unsigned pair = 0; pair < kAxes; ++pair) {
         Pair x;
         std::memcpy(&x, boxes[i].data() + 2 * pair, sizeof x);
         same[pair] &= (x + magic[pair]) - magic[pair] == x;
         lo[pair] = x < lo[pair] ? x : lo[pair];
         hi[pair] = x > hi[pair] ? x : hi[pair];
       }
-    const Mask all = same[0] & same[1] & same[2];
+    Mask all = same[0];
+    for (unsigned pair = 1; pair < kAxes; ++pair) all &= same[pair];
     if (all[0] && all[1]) continue;
     for (std::size_t i = begin; i < end; ++i)
-      for (unsigned lane = 0; lane < 6; ++lane) unit[lane] = std::min(unit[lane], lowest_bit(boxes[i][lane]));
+      for (unsigned lane = 0; lane < 2 * kAxes; ++lane)
+        unit[lane] = std::min(unit[lane], lowest_bit(boxes[i][lane]));
   }
   LatticeScan result;
-  for (unsigned lane = 0; lane < 6; ++lane)
-    result.extents_[lane % 3].join({lo[lane / 2][lane % 2], hi[lane / 2][lane % 2], unit[lane]});
+  for (unsigned lane = 0; lane < 2 * kAxes; ++lane)
+    result.extents_[lane % kAxes].join({lo[lane / 2][lane % 2], hi[lane / 2][lane % 2], unit[lane]});
   return result;
 }
 
-LatticeScan LatticeScan::scan(const IntegerBox* boxes, std::size_t count) {
-  std::int32_t set[6] = {}, lo[3], hi[3];
-  std::fill(lo, lo + 3, std::numeric_limits<std::int32_t>::max());
-  std::fill(hi, hi + 3, std::numeric_limits<std::int32_t>::min());
+template <unsigned kAxes>
+LatticeScan LatticeScan::scan(const std::array<std::int32_t, 2 * kAxes>* boxes, std::size_t count) {
+  std::int32_t set[2 * kAxes] = {}, lo[kAxes], hi[kAxes];
+  std::fill(lo, lo + kAxes, std::numeric_limits<std::int32_t>::max());
+  std::fill(hi, hi + kAxes, std::numeric_limits<std::int32_t>::min());
   for (std::size_t i = 0; i < count; ++i) {
-    const IntegerBox& box = boxes[i];
-    for (unsigned lane = 0; lane < 6; ++lane) set[lane] |= box[lane];
-    for (unsigned axis = 0; axis < 3; ++axis) {
+    const std::array<std::int32_t, 2 * kAxes>& box = boxes[i];
+    for (unsigned lane = 0; lane < 2 * kAxes; ++lane) set[lane] |= box[lane];
+    for (unsigned axis = 0; axis < kAxes; ++axis) {
       lo[axis] = box[axis] < lo[axis] ? box[axis] : lo[axis];
-      hi[axis] = box[axis + 3] > hi[axis] ? box[axis + 3] : hi[axis];
+      hi[axis] = box[axis + kAxes] > hi[axis] ? box[axis + kAxes] : hi[axis];
     }
   }
   LatticeScan result;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const std::int64_t either = std::int64_t(set[axis]) | set[axis + 3];
+  for (unsigned axis = 0; axis < kAxes; ++axis) {
+    const std::int64_t either = std::int64_t(set[axis]) | set[axis + kAxes];
     result.extents_[axis] = {double(lo[axis]), double(hi[axis]),
                              either ? double(either & -either) : kInfinity};
   }
@@ -260,19 +278,28 @@ Axis LatticeScan::lattice_of(const Extent& extent) {
   return Axis::lattice(first - 1, exponent, static_cast<std::uint32_t>(steps) + 1);
 }
 
-void LatticeScan::add(const BoxSet& set) {
-  join(set.visit([](const auto& boxes) {
+template <unsigned kAxes, class Set>
+LatticeScan LatticeScan::scan(const Set& set) {
+  return set.visit([](const auto& boxes) {
     return parallel_reduce(
         0, boxes.size(), kGrain, LatticeScan(),
         [&](std::size_t begin, std::size_t end, LatticeScan before) {
-          before.join(scan(boxes.data() + begin, end - begin));
+          before.join(scan<kAxes>(boxes.data() + begin, end - begin));
           return before;
         },
         [](LatticeScan a, const LatticeScan& b) {
           a.join(b);
           return a;
         });
-  }));
+  });
+}
+
+void LatticeScan::add(const BoxSet& set) {
+  join(scan<3>(set));
+}
+
+void LatticeScan::add(const RectangleSet& set) {
+  join(scan<2>(set));
 }
 
 void LatticeScan::join(const LatticeScan& other) {
@@ -282,6 +309,11 @@ void LatticeScan::join(const LatticeScan& other) {
 Axes LatticeScan::axes() const {
   if (extents_[0].lo > extents_[0].hi) return {};  // no box
   return {lattice_of(extents_[0]), lattice_of(extents_[1]), lattice_of(extents_[2])};
+}
+
+PlaneAxes LatticeScan::plane_axes() const {
+  if (extents_[0].lo > extents_[0].hi) return {};  // no rectangle
+  return {lattice_of(extents_[0]), lattice_of(extents_[1])};
 }
 
 Axis Axis::lattice(std::int64_t base, int exponent, std::uint32_t count) {
@@ -336,7 +368,8 @@ Axes make_rank_axes(const BoxSet& set) {
 }
 
 std::vector<OrdinalBox> ordinal_boxes(const BoxSet& set, const Axes& axes) {
-  return set.visit([&](const auto& boxes) { return convert(SolidBoxes(boxes), axes); });
+  return set.visit(
+      [&](const auto& boxes) { return convert<std::vector<OrdinalBox>>(SolidBoxes(boxes), axes); });
 }
 
 Ordinals ordinal_boxes(std::span<const BoxSet> sets, const Axes& axes) {
@@ -375,6 +408,19 @@ Ordinals make_ordinals(std::span<const BoxSet> sets) {
   }
   Ordinals ordinals = rank_boxes(all, lattices);
   ordinals.ends = std::move(ends);
+  return ordinals;
+}
+
+PlaneOrdinals make_ordinals(const RectangleSet& set) {
+  LatticeScan scan;
+  scan.add(set);
+  PlaneOrdinals ordinals{scan.plane_axes(), {}};
+  const bool lattices = std::ranges::all_of(ordinals.axes, [](const Axis& axis) { return axis.count() > 0; });
+  ordinals.rectangles = set.visit([&](const auto& rectangles) {
+    using Result = Array<OrdinalRectangle>;
+    return lattices ? convert<Result>(SolidBoxes(rectangles), ordinals.axes)
+                    : convert_by_rank<Result>(rectangles, ordinals.axes);
+  });
   return ordinals;
 }
 

@@ -10,8 +10,11 @@
 #include <vector>
 
 #include "core/box.hpp"
+#include "core/memory.hpp"
 
 namespace boxunion {
+
+class RectangleSet;
 
 /// Ordinals of one axis: an exact, order-preserving map between the coordinates that occur in a set of boxes
 /// and the integers 1 .. 2^32 - 2 ("only comparison and assignment", López Monterde et al., section 1). All
@@ -79,6 +82,8 @@ class Coordinates {
 
 /// The three axes of a set of boxes, each a lattice where the coordinates allow it.
 using Axes = std::array<Axis, 3>;
+/// The two of rectangles.
+using PlaneAxes = std::array<Axis, 2>;
 
 /// Finds the axes of valid boxes in parallel. Degenerate boxes take part (their coordinates may stretch a
 /// lattice, which is harmless). Throws Error(resources) as Axis::rank does.
@@ -89,9 +94,12 @@ class LatticeScan {
  public:
   /// Takes valid boxes in. Parallel.
   void add(const BoxSet& boxes);
+  void add(const RectangleSet& rectangles);
   void join(const LatticeScan& other);
   /// The axes that are lattices for everything taken in; the others have no ordinals: count() is 0.
   Axes axes() const;
+  /// The same of rectangles.
+  PlaneAxes plane_axes() const;
 
  private:
   /// What the coordinates of one axis have in common.
@@ -102,11 +110,16 @@ class LatticeScan {
         kInfinity;  // the greatest power of two that divides them all; infinity if they are all zero
     void join(const Extent& other);
   };
-  static LatticeScan scan(const Box* boxes, std::size_t count);
-  static LatticeScan scan(const IntegerBox* boxes, std::size_t count);
+  // of boxes in `kAxes` dimensions, lower corner first
+  template <unsigned kAxes>
+  static LatticeScan scan(const std::array<double, 2 * kAxes>* boxes, std::size_t count);
+  template <unsigned kAxes>
+  static LatticeScan scan(const std::array<std::int32_t, 2 * kAxes>* boxes, std::size_t count);
+  template <unsigned kAxes, class Set>
+  static LatticeScan scan(const Set& set);
   static Axis lattice_of(const Extent& extent);
 
-  std::array<Extent, 3> extents_;
+  std::array<Extent, 3> extents_;  // the last one without coordinates if there are only rectangles
 };
 
 /// The axes of all boxes of some sets if all three are lattices, found in one streaming pass; nothing
@@ -153,6 +166,21 @@ Ordinals make_ordinals(std::span<const BoxSet> sets);
 
 /// The ordinals of several sets on axes that they share.
 Ordinals ordinal_boxes(std::span<const BoxSet> sets, const Axes& axes);
+
+/// A rectangle in ordinals.
+struct OrdinalRectangle {
+  std::array<std::uint32_t, 2> lo, hi;
+  friend bool operator==(const OrdinalRectangle&, const OrdinalRectangle&) = default;
+};
+
+/// Rectangles in ordinals, and what these stand for.
+struct PlaneOrdinals {
+  PlaneAxes axes;
+  Array<OrdinalRectangle> rectangles;
+};
+
+/// Finds the axes of valid rectangles and turns them into ordinals as make_ordinals does for boxes.
+PlaneOrdinals make_ordinals(const RectangleSet& rectangles);
 
 /// The distinct ordinals of the boxes on one axis, sorted.
 std::vector<std::uint32_t> distinct_ordinals(std::span<const OrdinalBox> boxes, int axis);

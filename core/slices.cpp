@@ -12,14 +12,14 @@ class TileCutter {
  public:
   TileCutter(std::uint32_t max_coordinates, Tiles& out) : max_coordinates_(max_coordinates), out_(out) {}
 
-  void cut(std::span<const Rectangle> slab) {
+  void cut(std::span<const SlabRectangle> slab) {
     stack_.assign(slab.begin(), slab.end());
     cut({0, 0, Axis::kOrdinalMax, Axis::kOrdinalMax}, 0);
   }
 
  private:
   /// Cuts a tile whose rectangles are stack_[begin ..]; leaves the stack as it was, less those.
-  void cut(const Rectangle& tile, std::size_t begin) {
+  void cut(const SlabRectangle& tile, std::size_t begin) {
     const std::size_t count = stack_.size() - begin;
     if (count == 0) return;
     if (2 * count > max_coordinates_) {
@@ -34,15 +34,15 @@ class TileCutter {
     stack_.resize(begin);
   }
 
-  void cut_halves(const Rectangle& tile, std::size_t begin, int axis) {
+  void cut_halves(const SlabRectangle& tile, std::size_t begin, int axis) {
     const std::size_t end = stack_.size();
     const std::uint32_t middle = own_[axis][own_[axis].size() / 2];
     for (int half = 0; half < 2; ++half) {
-      Rectangle child = tile;
+      SlabRectangle child = tile;
       child[half == 0 ? axis + 2 : axis] = middle;
       bool covered = false;
       for (std::size_t i = begin; i < end && !covered; ++i) {
-        const Rectangle r = stack_[i];
+        const SlabRectangle r = stack_[i];
         if (r[0] >= child[2] || r[1] >= child[3] || r[2] < child[0] || r[3] < child[1]) continue;
         covered = r[0] < child[0] && r[1] < child[1] && r[2] >= child[2] && r[3] >= child[3];
         stack_.push_back(r);
@@ -56,7 +56,7 @@ class TileCutter {
   }
 
   /// The coordinates that the tile owns on each axis, sorted and distinct where they are many.
-  void find_own_coordinates(const Rectangle& tile, std::size_t begin) {
+  void find_own_coordinates(const SlabRectangle& tile, std::size_t begin) {
     for (int a = 0; a < 2; ++a) {
       auto& own = own_[a];
       own.clear();
@@ -70,7 +70,7 @@ class TileCutter {
   }
 
   /// Within the tile, a rectangle is its clip to [lo - 1, hi].
-  void merge_equal_clips(const Rectangle& tile, std::size_t begin) {
+  void merge_equal_clips(const SlabRectangle& tile, std::size_t begin) {
     for (std::size_t i = begin; i < stack_.size(); ++i)
       for (int a = 0; a < 2; ++a) {
         stack_[i][a] = std::max(stack_[i][a], std::max(tile[a], 1u) - 1);
@@ -82,7 +82,7 @@ class TileCutter {
 
   std::uint32_t max_coordinates_;
   Tiles& out_;
-  std::vector<Rectangle> stack_;
+  std::vector<SlabRectangle> stack_;
   std::array<std::vector<std::uint32_t>, 2> own_;
 };
 
@@ -126,7 +126,7 @@ bool SlabSweep::next(std::size_t limit, SlabBatch& batch) {
   return true;
 }
 
-void cut_tiles(std::span<const Rectangle> slab, std::uint32_t max_coordinates, Tiles& out) {
+void cut_tiles(std::span<const SlabRectangle> slab, std::uint32_t max_coordinates, Tiles& out) {
   TileCutter(max_coordinates, out).cut(slab);
 }
 

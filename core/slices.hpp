@@ -10,13 +10,13 @@
 namespace boxunion {
 
 /// A rectangle of a slab, and a tile of its plane: x_lo, y_lo, x_hi, y_hi.
-using Rectangle = std::array<std::uint32_t, 4>;
+using SlabRectangle = std::array<std::uint32_t, 4>;
 
 /// A run of neighbouring slabs with the rectangles of each.
 struct SlabBatch {
   std::uint32_t first = 0;           ///< first slab
   std::vector<std::size_t> offsets;  ///< slab first + i has rectangles [offsets[i], offsets[i + 1])
-  std::vector<Rectangle> rectangles;
+  std::vector<SlabRectangle> rectangles;
 
   std::uint32_t slabs() const { return offsets.empty() ? 0 : std::uint32_t(offsets.size() - 1); }
 };
@@ -50,16 +50,16 @@ class SlabSweep {
 /// Tiles of one or more slabs with their rectangles, as the kernel `contour` reads them.
 struct Tiles {
   struct Tile {
-    Rectangle region;  ///< owns the points with lo <= p < hi
+    SlabRectangle region;  ///< owns the points with lo <= p < hi
     std::uint32_t first = 0, count = 0;
   };
   std::vector<Tile> tiles;
-  std::vector<Rectangle> rectangles;
+  std::vector<SlabRectangle> rectangles;
 };
 
 /// Cuts the plane of a slab into tiles that a kernel can hold (at most 31 distinct coordinates an axis) and
 /// appends them to `out`. Every contour vertex of the slab is owned by one tile; a tile that one rectangle
 /// covers has none and is left out. Near-linear: a tile is halved at the median of its own coordinates.
-void cut_tiles(std::span<const Rectangle> slab, std::uint32_t max_coordinates, Tiles& out);
+void cut_tiles(std::span<const SlabRectangle> slab, std::uint32_t max_coordinates, Tiles& out);
 
 }  // namespace boxunion

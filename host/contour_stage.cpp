@@ -33,7 +33,7 @@ void ContourStage::run(const Tiles& tiles, std::vector<ContourVertex>& vertices,
   vertices.clear();
   offsets.assign(1, 0);
   const std::size_t most_rectangles =
-      std::min<std::size_t>(device_.info().max_buffer_bytes / sizeof(Rectangle), std::size_t{1} << 22);
+      std::min<std::size_t>(device_.info().max_buffer_bytes / sizeof(SlabRectangle), std::size_t{1} << 22);
   for (std::size_t first = 0; first < tiles.tiles.size();) {
     std::size_t last = first, rectangles = 0;
     do {
@@ -51,7 +51,7 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
   const std::size_t first_rectangle = tiles.tiles[first].first;
   const std::size_t rectangles = tiles.tiles[last - 1].first + tiles.tiles[last - 1].count - first_rectangle;
   reserve(device_, tile_, count * sizeof(Tiles::Tile));
-  reserve(device_, rectangle_, rectangles * sizeof(Rectangle));
+  reserve(device_, rectangle_, rectangles * sizeof(SlabRectangle));
   reserve(device_, found_, count * 2 * sizeof(std::uint32_t));
   const std::size_t most = device_.info().max_buffer_bytes / sizeof(ContourVertex);
   reserve(device_, vertex_, std::min(most, 4 * rectangles + 64) * sizeof(ContourVertex));
@@ -61,10 +61,10 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
     tile[i] = tiles.tiles[first + i];
     tile[i].first -= std::uint32_t(first_rectangle);
   }
-  std::memcpy(rectangle_->view<Rectangle>().data(), tiles.rectangles.data() + first_rectangle,
-              rectangles * sizeof(Rectangle));
+  std::memcpy(rectangle_->view<SlabRectangle>().data(), tiles.rectangles.data() + first_rectangle,
+              rectangles * sizeof(SlabRectangle));
   device_.upload(*tile_, count * sizeof(Tiles::Tile));
-  device_.upload(*rectangle_, rectangles * sizeof(Rectangle));
+  device_.upload(*rectangle_, rectangles * sizeof(SlabRectangle));
 
   std::uint32_t total = 0;
   for (bool fits = false; !fits;) {

@@ -10,9 +10,12 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "bench/peers/contender.hpp"
 #include "core/brep.hpp"
+#include "core/contour.hpp"
+#include "core/polygons.hpp"
 #include "core/triangulation.hpp"
 #include "core/voxel_boxes.hpp"
 #include "core/voxel_labels.hpp"
@@ -83,46 +86,41 @@ json describe(const Mesh& mesh) {
           {"triangles", mesh.triangles.size()}};
 }
 
-/// Of boxes of unit height on one plane, squares to us: the contour, as its corners with their quadrants.
-struct Contour {
-  Solid solid;
-};
+/// The corners of the squares' union, with their quadrants.
 json describe(const Contour& contour) {
-  const Axes& axes = contour.solid.axes;
   double area = 0;
   std::uint64_t corners = 0;
-  for (const Vertex& v : contour.solid.vertices) {
-    const unsigned below = v.mask & 15u, above = v.mask >> 4;
-    if (above != 0) continue;  // the lower plane
+  for (const ContourVertex& v : contour.vertices) {
     int weight = 0;
     for (unsigned q = 0; q < 4; ++q)
-      if (below >> q & 1u) weight += q == 0 || q == 3 ? 1 : -1;
-    area += weight * axes[0].coordinate(v.x) * axes[1].coordinate(v.y);
+      if (v.quadrants >> q & 1u) weight += q == 0 || q == 3 ? 1 : -1;
+    const auto [x, y] = contour.position(v);
+    area += weight * x * y;
     corners += weight % 2 == 0 ? 2 : 1;  // two of them touch
   }
   return {{"area", area}, {"corners", corners}};
 }
 
 /// The same as polygons with holes.
-struct Loops {
-  Array<Point> points;
+struct Polygons {
+  Contour contour;
   Faces faces;
 };
-json describe(const Loops& loops) {
-  constexpr unsigned kUp = 4;
+json describe(const Polygons& polygons) {
+  const Faces& faces = polygons.faces;
   double area = 0;
-  std::uint64_t corners = 0, polygons = 0, holes = 0;
-  for (std::size_t f = 0; f < loops.faces.size(); ++f) {
-    if (loops.faces.direction[f] != kUp) continue;
-    ++polygons;
-    holes += loops.faces.holes(f);
-    for (std::size_t l = loops.faces.first_loop[f]; l < loops.faces.first_loop[f + 1]; ++l) {
-      const auto loop = loops.faces.loop(l);
-      area += vector_area(loops.points, loop)[2];
-      corners += loop.size();
+  for (std::size_t l = 0; l < faces.loops(); ++l) {
+    const auto loop = faces.loop(l);
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const auto [px, py] = polygons.contour.position(polygons.contour.vertices[loop[i]]);
+      const auto [qx, qy] = polygons.contour.position(polygons.contour.vertices[loop[(i + 1) % loop.size()]]);
+      area += (px * qy - qx * py) / 2;
     }
   }
-  return {{"area", area}, {"corners", corners}, {"polygons", polygons}, {"holes", holes}};
+  return {{"area", area},
+          {"corners", faces.loop_points.size()},
+          {"polygons", faces.size()},
+          {"holes", faces.holes()}};
 }
 
 struct Voxels {
@@ -156,6 +154,15 @@ VoxelLabels labels_of(const Volume& volume, Connectivity connectivity) {
   return result;
 }
 
+/// The x and y of boxes.
+RectangleSet bases(const BoxSet& set) {
+  return set.visit([]<class T>(const std::vector<BoxOf<T>>& boxes) -> RectangleSet {
+    std::vector<RectangleOf<T>> rectangles;
+    for (const BoxOf<T>& b : boxes) rectangles.push_back({b[0], b[1], b[3], b[4]});
+    return rectangles;
+  });
+}
+
 void take_part(const std::string& task, const std::string& file, const Options& options) {
   const auto run = [](auto&& compute) {
     peers::contend(kVersion, compute, [](const auto& result) { return describe(result); });
@@ -175,14 +182,15 @@ void take_part(const std::string& task, const std::string& file, const Options& 
     if (task == "measure") return run([&] { return measure(boxes, options); });
     if (task == "brep") return run([&] { return make_brep(unite(boxes, options), NonManifold::keep); });
     if (task == "mesh") return run([&] { return make_mesh(unite(boxes, options), NonManifold::keep); });
-    if (task == "contour") return run([&] { return Contour{unite(boxes, options)}; });
-    if (task == "loops")
+    if (task == "contour" || task == "loops") {
+      const RectangleSet rectangles = bases(boxes);
+      if (task == "contour") return run([&] { return find_contour(rectangles); });
       return run([&] {
-        const Solid solid = unite(boxes, options);
-        const Planes planes = make_planes(solid);
-        const Points points(solid, planes, NonManifold::keep);
-        return Loops{points.positions(), find_faces(planes, points)};
+        Polygons polygons{find_contour(rectangles), {}};
+        polygons.faces = find_polygons(polygons.contour);
+        return polygons;
       });
+    }
   }
   throw Error(ErrorKind::usage, "no such task for " + file + ": " + task);
 }
