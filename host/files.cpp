@@ -154,22 +154,49 @@ void VertexWriter::write(std::span<const PlacedVertex> vertices) {
     npy::write_vertex_rows(file_, vertices);
 }
 
-void write_vertices(const Solid& solid, OutputFile file) {
+PointWriter::PointWriter(OutputFile& file, std::uint64_t count)
+    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
+  if (format_ == FileFormat::csv)
+    csv::write_point_header(file_);
+  else
+    npy::write_point_header(file_, count);
+}
+
+void PointWriter::write(std::span<const Point> points) {
+  if (format_ == FileFormat::csv)
+    csv::write_point_rows(file_, points);
+  else
+    npy::write_point_rows(file_, points);
+}
+
+namespace {
+
+/// Writes make(0) .. make(count - 1), found in parallel, block by block.
+template <class T, class Writer, class Make>
+void write_blocks(Writer writer, std::size_t count, Make&& make) {
   constexpr std::size_t kRows = 1 << 18;
-  VertexWriter writer(file, solid.vertices.size());
-  std::vector<PlacedVertex> placed;
-  for (std::span<const Vertex> rest = solid.vertices; !rest.empty(); rest = rest.subspan(placed.size())) {
-    placed.resize(std::min(kRows, rest.size()));
-    parallel_ranges(0, placed.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) placed[i] = place(rest[i], solid.axes);
+  std::vector<T> block;
+  for (std::size_t first = 0; first < count; first += block.size()) {
+    block.resize(std::min(kRows, count - first));
+    parallel_ranges(0, block.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) block[i] = make(first + i);
     });
-    writer.write(placed);
+    writer.write(block);
   }
+}
+
+}  // namespace
+
+void write_vertices(const Solid& solid, OutputFile file) {
+  const std::size_t count = solid.vertices.size();
+  write_blocks<PlacedVertex>(VertexWriter(file, count), count,
+                             [&](std::size_t i) { return place(solid.vertices[i], solid.axes); });
   file.commit();
 }
 
 void write_extreme_vertices(const Evm& evm, OutputFile file) {
-  is_csv(file) ? csv::write_extreme_vertices(file, evm) : npy::write_extreme_vertices(file, evm);
+  const std::size_t count = evm.vertices.size();
+  write_blocks<Point>(PointWriter(file, count), count, [&](std::size_t i) { return evm.coordinates(i); });
   file.commit();
 }
 

@@ -110,8 +110,19 @@ class VertexWriter {
 /// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
 void write_vertices(const Solid& solid, OutputFile file);
 
-/// Writes and commits extreme vertices in the order of the model: columns x, y, z, in NPY an (n, 3) array of
-/// float64.
+/// Writes points, block by block, to a .csv or .npy file: columns x, y, z, in NPY an (n, 3) array of float64.
+class PointWriter {
+ public:
+  /// Writes to `file` exactly `count` points.
+  PointWriter(OutputFile& file, std::uint64_t count);
+  void write(std::span<const Point> points);
+
+ private:
+  OutputFile& file_;
+  FileFormat format_;
+};
+
+/// Writes and commits extreme vertices as points, in the order of the model.
 void write_extreme_vertices(const Evm& evm, OutputFile file);
 
 /// Writes and commits boxes as write_boxes does, each with its label: in CSV a column `label` more, in NPY a

@@ -47,7 +47,8 @@ template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertex_header(OutputFile& file);
 void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_point_header(OutputFile& file);
+void write_point_rows(OutputFile& file, std::span<const Point> points);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
 
@@ -67,7 +68,8 @@ template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertex_header(OutputFile& file, std::uint64_t count);
 void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_point_header(OutputFile& file, std::uint64_t count);
+void write_point_rows(OutputFile& file, std::span<const Point> points);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
 /// Writes a volume of the extents of `grid` as uint8 or uint32.
