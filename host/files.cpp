@@ -211,28 +211,51 @@ void write_components(std::span<const Component> components, OutputFile file) {
   file.commit();
 }
 
-bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
-  bool exact = true;
-  switch (file_format(file.path(), kBoundaryFormats)) {
+MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles)
+    : file_(file), format_(file_format(file.path(), kBoundaryFormats)), triangles_only_(triangles_only) {
+  switch (format_) {
     case FileFormat::obj:
-      obj::write(file, brep, triangulation, triangles_only);
+      obj::write_header(file_);
       break;
     case FileFormat::ply:
-      ply::write(file, brep.points, triangulation.triangles);
+      ply::write_header(file_, points, triangles);
       break;
     case FileFormat::off:
-      off::write(file, brep.points, triangulation.triangles);
+      off::write_header(file_, points, triangles);
       break;
     case FileFormat::stl:
-      exact = stl::write(file, brep, triangulation);
-      break;
-    case FileFormat::threemf:
-#ifdef BOXUNION_HAVE_LIB3MF
-      exact = threemf::write(file, brep.points, triangulation.triangles);
-#endif
+      stl::write_header(file_, triangles);
       break;
     default:
-      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format", file.path()));
+      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format that is written in parts", file.path()));
+  }
+}
+
+void MeshWriter::write_points(std::span<const Point> points) {
+  if (format_ == FileFormat::obj) obj::write_points(file_, points);
+  if (format_ == FileFormat::ply) ply::write_points(file_, points);
+  if (format_ == FileFormat::off) off::write_points(file_, points);
+}
+
+void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
+                             const Triangulation& triangulation) {
+  if (format_ == FileFormat::obj) obj::write_faces(file_, faces, triangulation, triangles_only_);
+  if (format_ == FileFormat::ply) ply::write_triangles(file_, triangulation.triangles);
+  if (format_ == FileFormat::off) off::write_triangles(file_, triangulation.triangles);
+  if (format_ == FileFormat::stl) exact_ &= stl::write_triangles(file_, points, faces, triangulation);
+}
+
+bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
+  bool exact = true;
+  if (file_format(file.path(), kBoundaryFormats) == FileFormat::threemf) {
+#ifdef BOXUNION_HAVE_LIB3MF
+    exact = threemf::write(file, brep.points, triangulation.triangles);
+#endif
+  } else {
+    MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
+    writer.write_points(brep.points);
+    writer.write_faces(brep.points, brep.faces, triangulation);
+    exact = writer.exact();
   }
   file.commit();
   return exact;

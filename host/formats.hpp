@@ -107,26 +107,35 @@ std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& o
 
 namespace boxunion::obj {
 
-void write(OutputFile& file, const Brep& brep, const Triangulation& triangulation, bool triangles_only);
+void write_header(OutputFile& file);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_faces(OutputFile& file, const Faces& faces, const Triangulation& triangulation,
+                 bool triangles_only);
 
 }  // namespace boxunion::obj
 
 namespace boxunion::ply {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
 
 }  // namespace boxunion::ply
 
 namespace boxunion::off {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
 
 }  // namespace boxunion::off
 
 namespace boxunion::stl {
 
+void write_header(OutputFile& file, std::uint64_t triangles);
 /// Returns false if a coordinate was rounded.
-bool write(OutputFile& file, const Brep& brep, const Triangulation& triangulation);
+bool write_triangles(OutputFile& file, std::span<const Point> points, const Faces& faces,
+                     const Triangulation& triangulation);
 
 }  // namespace boxunion::stl
 

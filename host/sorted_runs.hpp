@@ -23,8 +23,8 @@ class SortedRuns {
 
  public:
   /// Holds at most about `bytes` of memory while records are added, by so many threads.
-  SortedRuns(std::uint64_t bytes, std::size_t threads, ScratchFile file)
-      : most_(std::max(kLeastBuffer, bytes / (threads * sizeof(T)))), file_(std::move(file)) {}
+  SortedRuns(std::uint64_t bytes, std::size_t threads, ScratchFile file, Less less = {})
+      : less_(less), most_(std::max(kLeastBuffer, bytes / (threads * sizeof(T)))), file_(std::move(file)) {}
 
   /// Thread-safe.
   void add(std::span<const T> records);
@@ -74,6 +74,7 @@ class SortedRuns {
 
   void flush(std::vector<T>& buffer);
 
+  Less less_;
   std::size_t most_;  // records of a thread's buffer
   ScratchFile file_;
   PerThread<std::vector<T>> buffers_;
@@ -98,7 +99,7 @@ void SortedRuns<T, Less>::add(std::span<const T> records) {
 template <class T, class Less>
 void SortedRuns<T, Less>::flush(std::vector<T>& buffer) {
   if (buffer.empty()) return;
-  std::sort(buffer.begin(), buffer.end(), Less());  // on this thread: the others fill buffers of their own
+  std::sort(buffer.begin(), buffer.end(), less_);  // on this thread: the others fill buffers of their own
   const std::span<const T> run = buffer;
   const std::uint64_t offset = file_.append({reinterpret_cast<const char*>(run.data()), run.size_bytes()});
   const std::lock_guard lock(mutex_);
@@ -125,7 +126,7 @@ void SortedRuns<T, Less>::merge(std::uint64_t bytes, F&& f) {
   std::vector<Reader> readers;
   readers.reserve(runs_.size());
   const auto later = [&](std::size_t a, std::size_t b) {
-    return Less()(readers[b].front(), readers[a].front());
+    return less_(readers[b].front(), readers[a].front());
   };
   std::priority_queue<std::size_t, std::vector<std::size_t>, decltype(later)> heads(later);
   for (const Run& run : runs_) {

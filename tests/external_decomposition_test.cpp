@@ -145,7 +145,7 @@ TEST_F(Command, DecompositionsKeepToTheBudget) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more than any limit";
 #endif
-  run("generate boxes --count 150000 --max-edge 60 -o a.npy --quiet");
+  run("generate boxes --count 100000 --max-edge 60 -o a.npy --quiet");
   const auto results = [](nlohmann::json json) {
     for (const char* key : {"seconds", "slabs"}) json.erase(key);
     return json;
@@ -154,7 +154,7 @@ TEST_F(Command, DecompositionsKeepToTheBudget) {
     const std::string decompose = " decompose a.npy --json --device native --threads 2 " + options;
     const nlohmann::json expected = results(json(decompose));
     const std::string file = options.substr(options.rfind(' ') + 1), bytes = folder_.read(file);
-    const Outcome r = shell("ulimit -v 300000; " BOXUNION_COMMAND + decompose + " --memory 112M");
+    const Outcome r = shell("ulimit -v 300000; " BOXUNION_COMMAND + decompose + " --memory 106M");
     ASSERT_EQ(r.status, 0) << r.err;
     EXPECT_EQ(results(nlohmann::json::parse(r.out)), expected);
     EXPECT_GT(nlohmann::json::parse(r.out).at("slabs"), 1);

@@ -179,12 +179,16 @@ TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
 
 TEST_F(Command, ABudgetThatCannotBeKeptExitsWith5) {
   run("generate cubes --count 300000 --edge 60 -o a.npy --quiet");
-  const Outcome mesh = run("boundary a.npy -o a.ply --memory 128M");
-  EXPECT_EQ(mesh.status, 5);
-  EXPECT_TRUE(mesh.err.starts_with("boxunion: error: a mesh of 2")) << mesh.err;
+  const Outcome mesh = run("boundary a.npy -o a.3mf --memory 128M");
+  if (!mesh.err.ends_with("without lib3mf\n")) {
+    EXPECT_EQ(mesh.status, 5);
+    EXPECT_TRUE(mesh.err.starts_with("boxunion: error: a mesh for .3mf of 2")) << mesh.err;
+  }
   EXPECT_EQ(folder_.file_count(), 1u);
   run("generate cubes --count 3000 --edge 60 -o b.npy --quiet");
-  EXPECT_EQ(run("boundary b.npy -o b.ply --memory 128M").status, 0);
+  if (mesh.status == 5) {
+    EXPECT_EQ(run("boundary b.npy -o b.3mf --memory 128M").status, 0);
+  }
   expect_error("measure b.npy --memory much", 2,
                "--memory: much unit not recognized. Allowed values: "
                "{b,e,eb,ei,eib,g,gb,gi,gib,k,kb,ki,kib,m,mb,mi,mib,p,pb,pi,pib,t,tb,ti,tib}");
