@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -305,7 +306,7 @@ class ExternalUnion::Run {
     MassSink whole(axes_);
     run(bytes(), [&](Ordinals slab) {
       SlabMass sink(slab.axes, axes_, is_lattice_ ? &whole : nullptr);
-      unite(std::move(slab), &sink, sink);
+      unite(std::move(slab), sums_fit_ ? &sink : nullptr, sink);
       totals += sink.totals();
     });
     totals += whole.totals();
@@ -325,6 +326,7 @@ class ExternalUnion::Run {
 
   template <class C, class Use>
   void solve(const BoxSource<C>& source, const RegionOf<C>& region, unsigned depth, Use& use) {
+    if (depth == 0) sums_fit_ = can_be_summed(region, source.count());
     if (source.count() <= slab_boxes_) {
       Stopwatch watch(report_);
       Ordinals slab = load_slab(source, region, axes_);
@@ -342,13 +344,30 @@ class ExternalUnion::Run {
                       source.count(), text_of(base_ + source.count() * box_bytes()), text_of(budget_.bytes)));
     auto slabs = distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted);
     watch.lap("cut");
-    if (depth == 0)
+    if (depth == 0) {
       for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();
+      sums_fit_ = std::ranges::all_of(
+          slabs, [&](const auto& slab) { return can_be_summed(slab->region(), slab_boxes_); });
+    }
     for (auto& slab : slabs) {
       if (slab->count() > 0) solve<C>(*slab, slab->region(), depth + 1, use);
       slab.reset();  // gives its disk back
     }
   }
+
+  /// Do the tiles of a region fit, so that they can be summed without vertices? All slabs must be summed, or
+  /// none, for the vertices of a slab alone are no integral over it; so it is asked of those that are cut
+  /// further on.
+  static bool can_be_summed(const RegionOf<Ordinal>& region, std::uint64_t boxes) {
+    double tiles = 1;
+    for (unsigned a = 0; a < 3; ++a) {
+      const Ordinal size = region.hi[a] - region.lo[a];
+      if (size >= 1u << 31) return false;
+      tiles *= std::ceil(double(size) / (1 << kRegionLogEdge));
+    }
+    return tiles <= std::max(512.0, double(boxes) / 4);
+  }
+  static bool can_be_summed(const RegionOf<double>&, std::uint64_t) { return false; }  // no lattices
 
   std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
 
@@ -378,7 +397,7 @@ class ExternalUnion::Run {
   std::uint64_t base_ = 0;
   Survey survey_;
   Axes axes_;
-  bool is_lattice_ = false;
+  bool is_lattice_ = false, sums_fit_ = false;
   std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
 };
 

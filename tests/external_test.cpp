@@ -79,6 +79,24 @@ TEST_P(External, IsTheSameToTheLastBitInSlabsOfAnySize) {
     }
 }
 
+// The integrals over slabs add up, and the sums over all vertices do, but not some of the one and some of the
+// other.
+TEST(ExternalMass, SlabsOfFewBoxesAreSummedInOneWay) {
+  const TemporaryFolder scratch;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const BoxSet boxes = collect(generate_cubes(85, 1092, 14840, seed));
+    const BoxesInMemory file(boxes);
+    Report report;
+    const Options options{.device = "native"};
+    ExternalUnion slabs(file, options, {std::uint64_t{1} << 30, scratch.path(), 4 + seed % 8}, report);
+    try {
+      EXPECT_TRUE(slabs.measure() == measure(boxes, options)) << "seed " << seed;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::resources);  // no cut helps
+    }
+  }
+}
+
 TEST(ExternalCuts, GoAsFarAsTheyHelp) {
   const BoxSet wide = collect(generate_boxes(2000, 1, 1 << 28, (1ll << 31) - 1, 5));
   External::expect_same({"wide", wide}, {.device = "native"}, 900);
@@ -210,6 +228,15 @@ TEST_F(Command, ScratchFilesAreGoneHoweverARunEnds) {
     EXPECT_EQ(r.status, 130);
     EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
     EXPECT_EQ(left(), 0);
+  }
+  for (const std::string made : {"decompose a.npy -o b.npy", "boundary a.npy -o b.ply"}) {
+    const Outcome r =
+        shell("timeout --foreground --preserve-status -k 30 -s INT " + interrupt_times()[1] +
+              " " BOXUNION_COMMAND " " + made + " --memory 104M --scratch scratch --device native");
+    EXPECT_EQ(r.status, 130);
+    EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
+    EXPECT_EQ(left(), 0);
+    EXPECT_EQ(folder_.file_count(), 2u);  // a.npy and the folder
   }
   const Outcome killed = shell("timeout --foreground -s KILL 0.2 " BOXUNION_COMMAND + measure);
   EXPECT_NE(killed.status, 0);
