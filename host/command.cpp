@@ -85,7 +85,7 @@ BoundaryCounts counts_of(const Boundary& boundary) {
   return {.faces = faces.size(),
           .holes = faces.holes(),
           .triangles = boundary.triangulation.triangles.size(),
-          .shells = {{shells.size(), shells.cavities()}}};
+          .shells = ShellCounts{shells.size(), shells.cavities()}};
 }
 
 /// How many of everything else its boundary has.

@@ -185,6 +185,7 @@ class BoundaryRun {
       for (const Numbered& v : block) result_.vertices.add(v.mask);
       for (const auto& runs : by_plane_) runs->add(block);
     });
+    for (const auto& runs : by_plane_) runs->finish();
     if (contacts_ == NonManifold::keep) return;
     midpoints_ = std::make_unique<SortedRuns<Midpoint>>(solid_.bytes() / 8, 1, solid_.scratch_file());
     for (const int axis : {2, 0, 1}) find_midpoints(axis);
@@ -319,7 +320,7 @@ class BoundaryRun {
 
   /// A shell's lowest fan stands for it, and its vertex tells whether it is a cavity: see find_shells.
   void count_shells() {
-    BoundaryCounts::Shells& found = result_.counts.shells.emplace();
+    ShellCounts& found = result_.counts.shells.emplace();
     each_block(2, [&](std::span<const Numbered> block) {
       for (const Numbered& v : block)
         for (std::uint32_t i = 0; i < kFans[v.mask].count; ++i) {

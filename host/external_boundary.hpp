@@ -10,15 +10,16 @@
 
 namespace boxunion {
 
+/// Every shell that is no cavity encloses a body.
+struct ShellCounts {
+  std::uint64_t shells = 0, cavities = 0;
+};
+
 /// How much a boundary has.
 struct BoundaryCounts {
   std::uint64_t faces = 0, holes = 0, triangles = 0;
-  /// Every shell that is no cavity encloses a body. Nothing where the budget does not hold what counting them
-  /// takes: shells_bytes.
-  struct Shells {
-    std::uint64_t shells = 0, cavities = 0;
-  };
-  std::optional<Shells> shells;
+  /// Nothing where the budget does not hold what counting them takes: shells_bytes.
+  std::optional<ShellCounts> shells;
   std::uint64_t shells_bytes = 0;
 };
 

@@ -31,8 +31,10 @@ class SortedRuns {
   void add(const T& record) { add(std::span(&record, 1)); }
   /// Records so far. Not while another thread adds.
   std::uint64_t count() const;
-  /// Gives all records to f(span) in order, block by block, with at most about `bytes` of memory; what was
-  /// held for adding is given back. Again, if wanted, but nothing may be added afterwards.
+  /// Gives the memory back that was held for adding; nothing may be added afterwards.
+  void finish();
+  /// Finishes, and gives all records to f(span) in order, block by block, with at most about `bytes` of
+  /// memory; again, if wanted.
   template <class F>
   void merge(std::uint64_t bytes, F&& f);
 
@@ -115,12 +117,17 @@ std::uint64_t SortedRuns<T, Less>::count() const {
 }
 
 template <class T, class Less>
-template <class F>
-void SortedRuns<T, Less>::merge(std::uint64_t bytes, F&& f) {
+void SortedRuns<T, Less>::finish() {
   buffers_.for_each([&](std::vector<T>& buffer) {
     flush(buffer);
-    buffer = {};
+    buffer = std::vector<T>();  // {} would keep the memory
   });
+}
+
+template <class T, class Less>
+template <class F>
+void SortedRuns<T, Less>::merge(std::uint64_t bytes, F&& f) {
+  finish();
   const std::uint64_t block =
       std::clamp<std::uint64_t>(bytes / ((runs_.size() + 1) * sizeof(T)), 16, kMostBlock);
   std::vector<Reader> readers;
