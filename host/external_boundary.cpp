@@ -30,7 +30,8 @@ constexpr std::size_t kVertexBytes = 256;            // what a vertex takes ther
 template <class C>
 struct NumberedVertex {
   std::array<C, 3> at;
-  std::uint32_t mask, number, fan;
+  C mask;
+  std::uint32_t number, fan;
 };
 
 /// The order of vertices by planes along an axis, rows and columns, as in PlaneOrder.
@@ -68,7 +69,7 @@ void set_ordinals(std::span<const NumberedVertex<std::uint64_t>> vertices, const
         const auto place = std::ranges::lower_bound(distinct, vertices[i].at[a]) - distinct.begin();
         Vertex& v = part.vertices[i];
         (a == 0 ? v.x : a == 1 ? v.y : v.z) = static_cast<std::uint32_t>(place + 1);
-        v.mask = vertices[i].mask;
+        v.mask = static_cast<std::uint32_t>(vertices[i].mask);
       }
     });
   }
@@ -182,7 +183,7 @@ class BoundaryRun {
     for (const unsigned axis : {0u, 1u})
       by_plane_[axis] = std::make_unique<Runs>(solid_.bytes() / 4, 1, solid_.scratch_file(), ByPlane{axis});
     each_block(2, [&](std::span<const Numbered> block) {
-      for (const Numbered& v : block) result_.vertices.add(v.mask);
+      for (const Numbered& v : block) result_.vertices.add(unsigned(v.mask));
       for (const auto& runs : by_plane_) runs->add(block);
     });
     for (const auto& runs : by_plane_) runs->finish();
@@ -207,7 +208,8 @@ class BoundaryRun {
     std::optional<Numbered> lower;
     each_block(plane_axis, [&](std::span<const Numbered> block) {
       for (const Numbered& v : block) {
-        if (lower && kOctants[lower->mask].edges[2 * axis] == 2 && needs_midpoint(lower->mask, v.mask, axis))
+        if (lower && kOctants[lower->mask].edges[2 * axis] == 2 &&
+            needs_midpoint(unsigned(lower->mask), unsigned(v.mask), axis))
           midpoints_->add(
               Midpoint{Points::key(lower->number, axis), midpoint(point_of(*lower), point_of(v), axis)});
         lower = v;

@@ -31,7 +31,7 @@ struct Budget {
 template <class C>
 struct ExternalVertex {
   std::array<C, 3> at;  ///< x, y, z
-  std::uint32_t mask;   ///< octant mask
+  C mask;               ///< octant mask; as wide as they are, so that no bytes between are left unset
 
   /// By z, then y, then x, as vertices sort.
   friend bool operator<(const ExternalVertex& a, const ExternalVertex& b) {

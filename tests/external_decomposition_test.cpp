@@ -108,10 +108,10 @@ TEST(ExternalDecomposition, IsTheSameToTheByteForEveryModelAndOrder) {
 }
 
 TEST(ExternalDecomposition, SaysWhatASectionThatDoesNotFitNeeds) {
-  // one section of 250 000 rectangles
+  // one section of 90 000 rectangles
   std::vector<IntegerBox> pillars;
-  for (int x = 0; x < 500; ++x)
-    for (int y = 0; y < 500; ++y) pillars.push_back({2 * x, 2 * y, 0, 2 * x + 1, 2 * y + 1, 1 + (x + y) % 3});
+  for (int x = 0; x < 300; ++x)
+    for (int y = 0; y < 300; ++y) pillars.push_back({2 * x, 2 * y, 0, 2 * x + 1, 2 * y + 1, 1 + (x + y) % 3});
   const TemporaryFolder folder, scratch;
   const std::string path = folder.file("a.npy");
   for (const BoxModel model : {BoxModel::oudb, BoxModel::cudb}) {
@@ -119,7 +119,7 @@ TEST(ExternalDecomposition, SaysWhatASectionThatDoesNotFitNeeds) {
     unsigned need = 110, errors = 0;
     for (std::uint64_t found = 0; found == 0 && errors < 5;) try {
         found = write_within(pillars, wanted, {std::uint64_t{need} << 20, scratch.path()}, path).elements;
-        EXPECT_EQ(found, model == BoxModel::oudb ? 500'000u : 250'000u);
+        EXPECT_EQ(found, model == BoxModel::oudb ? 180'000u : 90'000u);
         EXPECT_EQ(std::filesystem::remove(path), true);
       } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::resources);
@@ -137,7 +137,7 @@ TEST(ExternalDecomposition, SaysWhatASectionThatDoesNotFitNeeds) {
     EXPECT_LT(need, 300u);
     // along x, a section is a row of pillars
     EXPECT_EQ(write_within(pillars, {model, AxisOrder{0, 1, 2}}, {110 << 20, scratch.path()}, "").elements,
-              250'000u);
+              90'000u);
   }
 }
 

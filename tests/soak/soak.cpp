@@ -23,6 +23,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/decomposition.hpp"
@@ -168,7 +169,7 @@ Slabs make_slabs(Random& random, const Job& job) {
   slabs.boxes = std::uint64_t(random.between(2, 2.0 * double(job.count)));
   const bool lean = job.options.device == "native" && job.options.method == Method::cells && random.one_in(2);
   slabs.bytes = lean ? 101 << 20 : std::uint64_t{2} << 30;
-  slabs.file = random.one_of<std::string>({"", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
+  slabs.file = random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
                                            "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl"});
   if (job.count > 2000 && slabs.file == "oudb.npy") slabs.file = "cudb.npy";
   if (slabs.file.starts_with("oudb")) slabs.model = BoxModel::oudb;
@@ -292,7 +293,8 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
   ++done["files in slabs"];
   return {};
 } catch (const Error& error) {
-  if (error.kind() != ErrorKind::resources) return error.what();
+  const bool too_deep = std::string_view(error.what()).find("no cut helps") != std::string_view::npos;
+  if (error.kind() != ErrorKind::resources || !(too_deep || job.slabs->bytes < 1 << 30)) return error.what();
   ++done["did not fit in slabs"];
   return {};
 }
