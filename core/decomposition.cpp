@@ -6,11 +6,11 @@
 #include <limits>
 #include <span>
 
+#include "core/box_sweep.hpp"
 #include "core/error.hpp"
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
 #include "core/radix_sort.hpp"
-#include "core/section_rectangles.hpp"
 
 namespace boxunion {
 namespace {
@@ -34,20 +34,12 @@ void keep_odd(Points& points) {
   points.erase(out, points.end());
 }
 
-/// Calls add(box) for every interval between neighbouring lines of vertices of every section.
+/// Calls add(low corner, high corner) for every box of the OUDB, in order.
 template <class Add>
 void find_oudb(const Evm& evm, Add&& add) {
-  for (SectionSweep<3> planes{std::span(evm.vertices)}; planes.next() != Axis::kOrdinalMax;) {
-    const std::uint32_t a = planes.next();
-    planes.advance();
-    for (SectionSweep<2> lines{std::span(planes.section())}; lines.next() != Axis::kOrdinalMax;) {
-      const std::uint32_t b = lines.next();
-      lines.advance();
-      const ExtremeVertices<1>& ends = lines.section();
-      for (std::size_t i = 0; i < ends.size(); i += 2)
-        add(OrdinalBox{{a, b, ends[i][0]}, {planes.next(), lines.next(), ends[i + 1][0]}});
-    }
-  }
+  OudbSweep<std::uint32_t> sweep;
+  for_each_plane(std::span(evm.vertices),
+                 [&](const ExtremeVertices<2>& plane, std::uint32_t a) { sweep.pass(plane, a, add); });
 }
 
 /// Part of a sweep for the CUDB. Its first boxes, `inherited` of them, go on from the part before.
@@ -58,27 +50,24 @@ struct Part {
   std::vector<std::uint32_t> open;  // boxes that go on, in the order in which the next part inherits them
 };
 
-/// A box lasts as long as its rectangle belongs to the section. `before` is the section before the planes.
+/// A box lasts as long as its rectangle belongs to the section: as CudbSweep, but in the order in which boxes
+/// begin. `before` is the section before the planes.
 Part sweep(std::span<const OrderedPoint<3>> vertices, const ExtremeVertices<2>& before) {
+  using Rectangle = SectionRectangle<std::uint32_t>;
   Part part;
-  SectionRectangles rectangles;
+  SectionRectangles<std::uint32_t> rectangles;
   const auto pass = [&](const ExtremeVertices<2>& plane, std::uint32_t a) {
-    rectangles.pass(plane, std::uint32_t(part.boxes.size()));
-    if (part.boxes.size() + rectangles.begun().size() > kMostBoxes) throw_too_many();
-    for (const std::uint32_t box : rectangles.ended()) part.boxes[box].hi[0] = a;
-    for (const SectionRectangle& r : rectangles.begun())
+    const auto begin = [&](const Rectangle& r) {
+      if (part.boxes.size() == kMostBoxes) throw_too_many();
       part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
+      return static_cast<std::uint32_t>(part.boxes.size() - 1);
+    };
+    rectangles.pass(plane, begin, [&](const Rectangle& r) { part.boxes[r.mark].hi[0] = a; });
   };
   pass(before, Axis::kOrdinalMin);
   part.inherited = part.boxes.size();
-  ExtremeVertices<2> plane;
-  for (auto v = vertices.begin(); v != vertices.end();) {
-    const std::uint32_t a = (*v)[0];
-    plane.clear();
-    for (; v != vertices.end() && (*v)[0] == a; ++v) plane.push_back({(*v)[1], (*v)[2]});
-    pass(plane, a);
-  }
-  for (const SectionRectangle& r : rectangles.all()) part.open.push_back(r.box);
+  for_each_plane(vertices, pass);
+  for (const Rectangle& r : rectangles.all()) part.open.push_back(r.mark);
   return part;
 }
 
@@ -133,7 +122,6 @@ void join_parts(std::vector<Part> parts, std::vector<OrdinalBox>& boxes) {
   }
 }
 
-/// Are all coordinates of an axis integers of 32 bits?
 bool holds_int32(const Axis& axis) {
   if (!axis.is_lattice() || axis.exponent() < 0) return false;
   using Limits = std::numeric_limits<std::int32_t>;
@@ -151,7 +139,9 @@ Decomposition decompose(const Evm& evm, BoxModel model) {
     const std::uint64_t count = count_boxes(evm, model);  // they may be far more than the vertices
     if (count > kMostBoxes) throw_too_many();
     with_memory("the decomposition", count * sizeof(OrdinalBox), [&] { result.boxes.reserve(count); });
-    find_oudb(evm, [&](const OrdinalBox& box) { result.boxes.push_back(box); });
+    find_oudb(evm, [&](const OrderedPoint<3>& lo, const OrderedPoint<3>& hi) {
+      result.boxes.push_back({lo, hi});
+    });
   }
   return result;
 }
@@ -159,7 +149,7 @@ Decomposition decompose(const Evm& evm, BoxModel model) {
 std::uint64_t count_boxes(const Evm& evm, BoxModel model) {
   std::uint64_t count = 0;
   if (model == BoxModel::oudb)
-    find_oudb(evm, [&](const OrdinalBox&) { ++count; });
+    find_oudb(evm, [&](const auto&, const auto&) { ++count; });
   else
     for (const Part& part : sweep_in_parts(evm)) count += part.boxes.size() - part.inherited;
   return count;
@@ -184,6 +174,10 @@ Evm make_evm(const Decomposition& decomposition) {
   return evm;
 }
 
+bool hold_int32(const Axes& axes) {
+  return std::all_of(axes.begin(), axes.end(), holds_int32);
+}
+
 BoxSet to_boxes(const Decomposition& decomposition) {
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
   std::array<std::size_t, 3> place{};  // of x, y, z in the order
@@ -199,8 +193,7 @@ BoxSet to_boxes(const Decomposition& decomposition) {
     });
     return BoxSet(std::move(result));
   };
-  const bool integers = std::all_of(decomposition.axes.begin(), decomposition.axes.end(), holds_int32);
-  return integers ? convert(std::vector<IntegerBox>()) : convert(std::vector<Box>());
+  return hold_int32(decomposition.axes) ? convert(std::vector<IntegerBox>()) : convert(std::vector<Box>());
 }
 
 }  // namespace boxunion

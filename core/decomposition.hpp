@@ -37,7 +37,10 @@ std::uint64_t count_boxes(const Evm& evm, BoxModel model);
 /// The extreme vertices of the union of disjoint boxes: their symmetric difference (section 3.3).
 Evm make_evm(const Decomposition& decomposition);
 
-/// The boxes with their coordinates, in x, y, z again: as integers if all are of 32 bits, else as doubles.
+/// Are all coordinates integers of 32 bits, on lattices?
+bool hold_int32(const Axes& axes);
+
+/// The boxes with their coordinates, in x, y, z again: as integers if the axes hold_int32, else as doubles.
 BoxSet to_boxes(const Decomposition& decomposition);
 
 }  // namespace boxunion

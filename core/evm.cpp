@@ -142,15 +142,17 @@ Evm reorder(const Evm& evm, const AxisOrder& order) {
   return result;
 }
 
-template <std::size_t D>
-void exclusive_or(const ExtremeVertices<D>& p, const ExtremeVertices<D>& q, ExtremeVertices<D>& result) {
+template <std::size_t D, class C>
+void exclusive_or(const std::vector<std::array<C, D>>& p, const std::vector<std::array<C, D>>& q,
+                  std::vector<std::array<C, D>>& result) {
   if (p.empty() || q.empty()) {
     result = p.empty() ? q : p;
     return;
   }
   result.resize(p.size() + q.size());
-  const OrderedPoint<D>*i = p.data(), *const p_end = i + p.size(), *j = q.data(), *const q_end = j + q.size();
-  OrderedPoint<D>* out = result.data();
+  const OrderedPoint<D, C>*i = p.data(), *const p_end = i + p.size(),
+                        *j = q.data(), *const q_end = j + q.size();
+  OrderedPoint<D, C>* out = result.data();
   while (i != p_end && j != q_end) {
     const auto i_key = PointKey()(*i), j_key = PointKey()(*j);
     *out = j_key < i_key ? *j : *i;
@@ -165,14 +167,18 @@ void exclusive_or(const ExtremeVertices<D>& p, const ExtremeVertices<D>& q, Extr
 template void exclusive_or(const ExtremeVertices<1>&, const ExtremeVertices<1>&, ExtremeVertices<1>&);
 template void exclusive_or(const ExtremeVertices<2>&, const ExtremeVertices<2>&, ExtremeVertices<2>&);
 template void exclusive_or(const ExtremeVertices<3>&, const ExtremeVertices<3>&, ExtremeVertices<3>&);
+template void exclusive_or(const ExtremeVertices<1, std::uint64_t>&, const ExtremeVertices<1, std::uint64_t>&,
+                           ExtremeVertices<1, std::uint64_t>&);
+template void exclusive_or(const ExtremeVertices<2, std::uint64_t>&, const ExtremeVertices<2, std::uint64_t>&,
+                           ExtremeVertices<2, std::uint64_t>&);
 
-template <std::size_t D>
-void SectionSweep<D>::advance() {
-  const std::uint32_t at = next();
+template <std::size_t D, class C>
+void SectionSweep<D, C>::advance() {
+  const C at = next();
   plane_.clear();
   std::size_t count = 0;
   for (; count < rest_.size() && rest_[count][0] == at; ++count) {
-    OrderedPoint<D - 1> projected;
+    OrderedPoint<D - 1, C> projected;
     std::copy(rest_[count].begin() + 1, rest_[count].end(), projected.begin());
     plane_.push_back(projected);
   }
@@ -182,6 +188,7 @@ void SectionSweep<D>::advance() {
 }
 template class SectionSweep<2>;
 template class SectionSweep<3>;
+template class SectionSweep<2, std::uint64_t>;
 
 Evm combine(const Evm& p, const Evm& q, BooleanOperation operation) {
   if (p.order != q.order) throw std::logic_error("combine: the operands are sorted in different orders");

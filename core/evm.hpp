@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,9 +27,10 @@ std::string to_string(const AxisOrder& order);
 /// The order of such a name, if it is one.
 std::optional<AxisOrder> axis_order(std::string_view name);
 
-/// A point in ordinals of the last D axes of an order; points sort lexicographically.
-template <std::size_t D>
-using OrderedPoint = std::array<std::uint32_t, D>;
+/// A point on the last D axes of an order; points sort lexicographically. In ordinals, or where there are no
+/// axes for all of a solid in any unsigned numbers that sort as the coordinates do, for example ordered_bits.
+template <std::size_t D, class C = std::uint32_t>
+using OrderedPoint = std::array<C, D>;
 
 /// A number that sorts as the point does.
 struct PointKey {
@@ -37,12 +39,16 @@ struct PointKey {
   unsigned __int128 operator()(const OrderedPoint<3>& p) const {
     return static_cast<unsigned __int128>(p[0]) << 64 | (std::uint64_t(p[1]) << 32 | p[2]);
   }
+  std::uint64_t operator()(const OrderedPoint<1, std::uint64_t>& p) const { return p[0]; }
+  unsigned __int128 operator()(const OrderedPoint<2, std::uint64_t>& p) const {
+    return static_cast<unsigned __int128>(p[0]) << 64 | p[1];
+  }
 };
 
 /// The extreme vertices of a solid in D dimensions, sorted: a complete model of it (Aguilera, "Orthogonal
 /// Polyhedra: Study and Application", 1998).
-template <std::size_t D>
-using ExtremeVertices = std::vector<OrderedPoint<D>>;
+template <std::size_t D, class C = std::uint32_t>
+using ExtremeVertices = std::vector<OrderedPoint<D, C>>;
 
 /// The extreme vertices model of a solid (Cruz-Matías and Ayala, CUDB, section 2.1): the vertices with an odd
 /// octant mask, ABC-sorted.
@@ -68,31 +74,34 @@ Evm reorder(const Evm& evm, const AxisOrder& order);
 Solid make_solid(const Evm& evm);
 
 /// Regularised symmetric difference of two solids: the extreme vertices that are in one of both.
-template <std::size_t D>
-void exclusive_or(const ExtremeVertices<D>& p, const ExtremeVertices<D>& q, ExtremeVertices<D>& result);
+template <std::size_t D, class C>
+void exclusive_or(const std::vector<std::array<C, D>>& p, const std::vector<std::array<C, D>>& q,
+                  std::vector<std::array<C, D>>& result);
 
 /// Walks through the slices of a solid along its first axis. Section i, the (D-1)-dimensional cut through
 /// slice i, is the symmetric difference of section i - 1 and of the plane of vertices between them (section
 /// 2.1, equation 1).
-template <std::size_t D>
+template <std::size_t D, class C = std::uint32_t>
 class SectionSweep {
  public:
-  /// Before the first plane; `vertices` must stay.
-  explicit SectionSweep(std::span<const OrderedPoint<D>> vertices) : rest_(vertices) {}
+  static constexpr C kEnd = std::numeric_limits<C>::max();  ///< above every coordinate
 
-  /// Ordinal of the next plane of vertices; Axis::kOrdinalMax behind the last.
-  std::uint32_t next() const { return rest_.empty() ? Axis::kOrdinalMax : rest_.front()[0]; }
+  /// Before the first plane; `vertices` must stay.
+  explicit SectionSweep(std::span<const OrderedPoint<D, C>> vertices) : rest_(vertices) {}
+
+  /// Where the next plane of vertices is; kEnd behind the last.
+  C next() const { return rest_.empty() ? kEnd : rest_.front()[0]; }
   /// Passes the next plane.
   void advance();
 
   /// The plane passed last, projected.
-  const ExtremeVertices<D - 1>& plane() const { return plane_; }
+  const ExtremeVertices<D - 1, C>& plane() const { return plane_; }
   /// The section behind it.
-  const ExtremeVertices<D - 1>& section() const { return section_; }
+  const ExtremeVertices<D - 1, C>& section() const { return section_; }
 
  private:
-  std::span<const OrderedPoint<D>> rest_;
-  ExtremeVertices<D - 1> plane_, section_, scratch_;
+  std::span<const OrderedPoint<D, C>> rest_;
+  ExtremeVertices<D - 1, C> plane_, section_, scratch_;
 };
 
 /// Regularised boolean operations; bit p + 2q is the result where the operands are p and q.

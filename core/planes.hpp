@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -73,6 +74,17 @@ inline constexpr auto kFaceQuadrants = [] {
   return quadrants;
 }();
 
+/// How many quadrants that is for both directions, by axis and octant mask. The angles of a triangle are two
+/// quadrants, so faces have half as many triangles as they fill quadrants round their vertices.
+inline constexpr auto kFilledQuadrants = [] {
+  std::array<std::array<std::uint8_t, 256>, 3> filled{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t mask = 0; mask < 256; ++mask)
+      for (const std::uint8_t quadrants : kFaceQuadrants[mask][axis])
+        filled[axis][mask] = std::uint8_t(filled[axis][mask] + std::popcount(quadrants));
+  return filled;
+}();
+
 /// The columns of a plane's vertices as small numbers, in the same order.
 class PlaneColumns {
  public:
@@ -95,7 +107,7 @@ class PlaneColumns {
 
 /// How many chunks of edges an axis is worth.
 inline std::size_t edge_chunks(const Planes& planes) {
-  return std::clamp(planes[0].vertices.size() / 4096, std::size_t(1), std::size_t(64));
+  return std::clamp(planes[0].vertices.size() / 4096, std::size_t{1}, std::size_t{64});
 }
 
 /// Calls f(chunk, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in

@@ -43,15 +43,22 @@ Array<std::uint32_t> Fans::vertices() const {
   return vertices;
 }
 
+Point midpoint(const Point& lower, const Point& upper, int axis) {
+  Point middle = lower;
+  middle[axis] = std::midpoint(lower[axis], upper[axis]);
+  if (middle[axis] <= lower[axis] || upper[axis] <= middle[axis])
+    throw Error(ErrorKind::input, fmt::format("cannot split an edge from {} to {}: no double lies between",
+                                              lower[axis], upper[axis]));
+  return middle;
+}
+
 Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
     : solid_(&solid), contacts_(contacts), fans_(contacts == NonManifold::split ? Fans(solid) : Fans({})) {
   if (contacts == NonManifold::keep) return;
   std::vector<std::vector<Midpoint>> parts(edge_chunks(planes));
   for_each_edge(planes, parts.size(),
                 [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  const auto& at_lower = kFans[lower.mask].at_edge[2 * axis];
-                  const auto& at_upper = kFans[upper.mask].at_edge[2 * axis + 1];
-                  if (at_lower[0] == at_lower[1] && at_upper[0] == at_upper[1])
+                  if (needs_midpoint(lower.mask, upper.mask, axis))
                     parts[chunk].push_back({lower.vertex, upper.vertex, axis});
                 });
   for (const auto& part : parts) midpoints_.insert(midpoints_.end(), part.begin(), part.end());
@@ -93,13 +100,7 @@ Array<Point> Points::positions() const {
   });
   for (std::size_t i = 0; i < midpoints_.size(); ++i) {
     const Midpoint& m = midpoints_[i];
-    const double lower = position(m.lower)[m.axis], upper = position(m.upper)[m.axis];
-    const double middle = std::midpoint(lower, upper);
-    if (middle <= lower || upper <= middle)
-      throw Error(ErrorKind::input,
-                  fmt::format("cannot split an edge from {} to {}: no double lies between", lower, upper));
-    positions[vertices.size() + i] = position(m.lower);
-    positions[vertices.size() + i][m.axis] = middle;
+    positions[vertices.size() + i] = midpoint(position(m.lower), position(m.upper), m.axis);
   }
   return positions;
 }

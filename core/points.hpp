@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/fans.hpp"
@@ -45,6 +46,16 @@ class Fans {
   std::uint32_t count_ = 0;
 };
 
+/// Where both copies of a non-manifold edge along an axis would join the same two points, by the octant masks
+/// at its lower and upper end.
+inline bool needs_midpoint(unsigned lower, unsigned upper, int axis) {
+  const auto &at_lower = kFans[lower].at_edge[2 * axis], &at_upper = kFans[upper].at_edge[2 * axis + 1];
+  return at_lower[0] == at_lower[1] && at_upper[0] == at_upper[1];
+}
+
+/// The point between the ends of an edge along an axis, rounded. Throws Error(input) if no double lies there.
+Point midpoint(const Point& lower, const Point& upper, int axis);
+
 /// The points of a boundary: the vertices of a solid, or their copies where non-manifold contacts are split.
 ///
 /// If contacts are kept, point i is vertex i. If they are split, point i is fan i; and where both copies of
@@ -70,11 +81,7 @@ class Points {
   }
   /// The midpoint of one sector's copy of the edge along an axis whose lower end is a vertex, or kNone.
   std::uint32_t between(std::uint32_t lower, int axis, int sector) const;
-  /// Where the points are: exact but for midpoints, which are rounded. Throws Error(input) if no double lies
-  /// between the ends of one.
-  Array<Point> positions() const;
-
- private:
+  /// An edge that has a midpoint. These are sorted by key(), and numbered in that order.
   struct Midpoint {
     std::uint32_t lower, upper;  // vertices
     int axis;
@@ -82,7 +89,12 @@ class Points {
   static std::uint64_t key(std::uint32_t lower, int axis) {
     return std::uint64_t{lower} << 2 | unsigned(axis);
   }
+  std::span<const Midpoint> midpoints() const { return midpoints_; }
+  /// Where the points are: exact but for midpoints, which are rounded. Throws Error(input) if no double lies
+  /// between the ends of one.
+  Array<Point> positions() const;
 
+ private:
   const Solid* solid_;
   NonManifold contacts_;
   Fans fans_;

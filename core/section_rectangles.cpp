@@ -3,34 +3,35 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
-#include <tuple>
+#include <limits>
 
 #include "core/radix_sort.hpp"
 
 namespace boxunion {
 namespace {
 
-std::uint64_t low_corner(const SectionRectangle& r) {
-  return std::uint64_t(r.b_lo) << 32 | r.c_lo;
+template <class... Vectors>
+std::size_t bytes_of(const Vectors&... vectors) {
+  return (... + (vectors.capacity() * sizeof(typename Vectors::value_type)));
 }
 
 }  // namespace
 
-void SectionRectangles::pass(const ExtremeVertices<2>& plane, std::uint32_t first_box) {
-  find_changes(plane);
-  take_touched();
-  renew(plane);
-  compare(first_box);
-  put_back();
+template <class C>
+std::size_t SectionRectangles<C>::bytes() const {
+  return bytes_of(rectangles_, changes_, touched_, untouched_, renewed_, merged_, ends_, sorting_, line_,
+                  window_, begin_points_, end_points_, plane_points_, moved_, flips_, old_points_,
+                  new_points_);
 }
 
-void SectionRectangles::find_changes(const ExtremeVertices<2>& plane) {
+template <class C>
+void SectionRectangles<C>::find_changes(const ExtremeVertices<2, C>& plane) {
   changes_.clear();
   const bool divided = plane.size() <= rectangles_.size();  // else gaps would not pay
-  ExtremeVertices<1>& inside = old_points_;                 // what is flipped behind the line
+  ExtremeVertices<1, C>& inside = old_points_;              // what is flipped behind the line
   inside.clear();
   for (auto point = plane.begin(); point != plane.end();) {
-    const std::uint32_t b = (*point)[0];
+    const C b = (*point)[0];
     plane_points_.clear();
     for (; point != plane.end() && (*point)[0] == b; ++point) plane_points_.push_back({(*point)[1]});
     if (changes_.empty() || (divided && inside.empty()))
@@ -45,12 +46,13 @@ void SectionRectangles::find_changes(const ExtremeVertices<2>& plane) {
   }
 }
 
-void SectionRectangles::take_touched() {
+template <class C>
+void SectionRectangles<C>::take_touched() {
   constexpr std::size_t kMostTests = 8;  // a rectangle that more changes may reach is taken for touched
   touched_.clear();
   untouched_.clear();
   std::size_t i = 0;
-  for (const SectionRectangle& r : rectangles_) {
+  for (const Rectangle& r : rectangles_) {
     while (i < changes_.size() && changes_[i].b_hi < r.b_lo) ++i;
     bool touches = false;
     for (std::size_t k = i; k < changes_.size() && changes_[k].b_lo <= r.b_hi && !touches; ++k)
@@ -60,23 +62,25 @@ void SectionRectangles::take_touched() {
 }
 
 /// Sweeps a line along B through the touched rectangles and the plane that changes them.
-void SectionRectangles::renew(const ExtremeVertices<2>& plane) {
+template <class C>
+void SectionRectangles<C>::renew(const ExtremeVertices<2, C>& plane) {
   ends_.clear();
-  for (const SectionRectangle& r : touched_) ends_.push_back({r.b_hi, r.c_lo, r.c_hi});
+  for (const Rectangle& r : touched_) ends_.push_back({r.b_hi, r.c_lo, r.c_hi});
   sorting_.resize(ends_.size());
-  radix_sort(std::span(ends_), std::span(sorting_),
-             [](const End& end) { return std::uint64_t(end.b_hi) << 32 | end.c_lo; });
+  radix_sort(std::span(ends_), std::span(sorting_), [](const HighEnd& end) {
+    return PointKey()(OrderedPoint<2, C>{end.b_hi, end.c_lo});
+  });
 
   renewed_.clear();
   line_.clear();
   auto begin = touched_.begin();
   auto end = ends_.begin();
   auto point = plane.begin();
+  constexpr C kEnd = std::numeric_limits<C>::max();
   for (;;) {
-    const std::uint32_t b = std::min({begin == touched_.end() ? Axis::kOrdinalMax : begin->b_lo,
-                                      end == ends_.end() ? Axis::kOrdinalMax : end->b_hi,
-                                      point == plane.end() ? Axis::kOrdinalMax : (*point)[0]});
-    if (b == Axis::kOrdinalMax) break;
+    const C b = std::min({begin == touched_.end() ? kEnd : begin->b_lo, end == ends_.end() ? kEnd : end->b_hi,
+                          point == plane.end() ? kEnd : (*point)[0]});
+    if (b == kEnd) break;
     begin_points_.clear();
     end_points_.clear();
     plane_points_.clear();
@@ -93,8 +97,9 @@ void SectionRectangles::renew(const ExtremeVertices<2>& plane) {
 
 /// Flips the intervals between points 0 and 1, 2 and 3, ... on the line. Intervals that touch one of these
 /// end here or begin here, the others go on.
-void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& flips) {
-  const std::uint32_t lowest = flips.front()[0], highest = flips.back()[0];
+template <class C>
+void SectionRectangles<C>::change_line(C b, const ExtremeVertices<1, C>& flips) {
+  const C lowest = flips.front()[0], highest = flips.back()[0];
   const auto first =
       std::partition_point(line_.begin(), line_.end(), [&](const Interval& i) { return i.c_hi < lowest; });
   const auto last =
@@ -107,7 +112,7 @@ void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& f
   auto old = first;
   auto flip = flips.begin();
   for (auto p = new_points_.begin(); p != new_points_.end(); p += 2) {
-    const std::uint32_t c_lo = p[0][0], c_hi = p[1][0];
+    const C c_lo = p[0][0], c_hi = p[1][0];
     while (flip != flips.end() && flip[1][0] < c_lo) flip += 2;
     if (flip != flips.end() && flip[0][0] <= c_hi) {
       window_.push_back({c_lo, c_hi, renewed_.size()});
@@ -127,33 +132,16 @@ void SectionRectangles::change_line(std::uint32_t b, const ExtremeVertices<1>& f
     line_.insert(rest, window_.begin() + both, window_.end());
 }
 
-void SectionRectangles::compare(std::uint32_t first_box) {
-  ended_.clear();
-  begun_.clear();
-  auto old = touched_.begin();
-  for (SectionRectangle& r : renewed_) {
-    for (; old != touched_.end() && low_corner(*old) < low_corner(r); ++old) ended_.push_back(old->box);
-    if (old != touched_.end() && low_corner(*old) == low_corner(r)) {
-      const bool same = old->b_hi == r.b_hi && old->c_hi == r.c_hi;
-      if (same)
-        r.box = old->box;
-      else
-        ended_.push_back(old->box);
-      ++old;
-      if (same) continue;
-    }
-    r.box = first_box++;
-    begun_.push_back(r);
-  }
-  for (; old != touched_.end(); ++old) ended_.push_back(old->box);
-}
-
-void SectionRectangles::put_back() {
+template <class C>
+void SectionRectangles<C>::put_back() {
   merged_.clear();
-  std::merge(
-      untouched_.begin(), untouched_.end(), renewed_.begin(), renewed_.end(), std::back_inserter(merged_),
-      [](const SectionRectangle& p, const SectionRectangle& q) { return low_corner(p) < low_corner(q); });
+  std::merge(untouched_.begin(), untouched_.end(), renewed_.begin(), renewed_.end(),
+             std::back_inserter(merged_),
+             [](const Rectangle& p, const Rectangle& q) { return low_corner(p) < low_corner(q); });
   std::swap(rectangles_, merged_);
 }
+
+template class SectionRectangles<std::uint32_t>;
+template class SectionRectangles<std::uint64_t>;
 
 }  // namespace boxunion

@@ -9,10 +9,11 @@
 
 namespace boxunion {
 
-/// A rectangle of a section, in ordinals of B and C, and the box that it is a slice of.
+/// A rectangle of a section, on B and C, and what its maker wants to remember of it.
+template <class C>
 struct SectionRectangle {
-  std::uint32_t b_lo, c_lo, b_hi, c_hi;
-  std::uint32_t box;
+  C b_lo, c_lo, b_hi, c_hi;
+  C mark;
 };
 
 /// The section of a sweep along A, cut into rectangles along C: from every vertex of the section a cut runs
@@ -20,46 +21,80 @@ struct SectionRectangle {
 /// neighbours along B merged: what CUDB does to a slice.)
 ///
 /// A plane of vertices changes only rectangles that reach the region that it flips; only those that reach the
-/// bounds of a part of it are taken apart and made anew.
+/// bounds of a part of it are taken apart and made anew. Coordinates are of type C: ordinals, or the 64-bit
+/// numbers of OrderedPoint.
+template <class C>
 class SectionRectangles {
  public:
-  /// Passes a plane of vertices (sorted, projected). New rectangles are slices of box first_box and on, in
-  /// the order of their low corners.
-  void pass(const ExtremeVertices<2>& plane, std::uint32_t first_box);
+  using Rectangle = SectionRectangle<C>;
+
+  /// Passes a plane of vertices (sorted, projected). Calls begin(rectangle) for every new one, in the order
+  /// of their low corners, which gives its mark, and end(rectangle) for every one that is no more.
+  template <class Begin, class End>
+  void pass(const ExtremeVertices<2, C>& plane, Begin&& begin, End&& end) {
+    find_changes(plane);
+    take_touched();
+    renew(plane);
+    compare(begin, end);
+    put_back();
+  }
 
   /// All of the section, sorted by their low corners.
-  std::span<const SectionRectangle> all() const { return rectangles_; }
-  /// What the plane changed: the boxes of the rectangles that are no more, and the new rectangles.
-  std::span<const std::uint32_t> ended() const { return ended_; }
-  std::span<const SectionRectangle> begun() const { return begun_; }
+  std::span<const Rectangle> all() const { return rectangles_; }
+  /// The memory that it holds.
+  std::size_t bytes() const;
 
  private:
   /// A rectangle on the line that sweeps along B.
   struct Interval {
-    std::uint32_t c_lo, c_hi;
+    C c_lo, c_hi;
     std::size_t rectangle;  // in renewed_
   };
-  struct End {
-    std::uint32_t b_hi, c_lo, c_hi;
+  struct HighEnd {
+    C b_hi, c_lo, c_hi;
   };
   struct Bounds {
-    std::uint32_t b_lo, c_lo, b_hi, c_hi;
+    C b_lo, c_lo, b_hi, c_hi;
   };
 
-  void find_changes(const ExtremeVertices<2>& plane);
+  static auto low_corner(const Rectangle& r) { return PointKey()(OrderedPoint<2, C>{r.b_lo, r.c_lo}); }
+
+  void find_changes(const ExtremeVertices<2, C>& plane);
   void take_touched();
-  void renew(const ExtremeVertices<2>& plane);
-  void change_line(std::uint32_t b, const ExtremeVertices<1>& flips);
-  void compare(std::uint32_t first_box);
+  void renew(const ExtremeVertices<2, C>& plane);
+  void change_line(C b, const ExtremeVertices<1, C>& flips);
+  template <class Begin, class End>
+  void compare(Begin&& begin, End&& end);
   void put_back();
 
-  std::vector<SectionRectangle> rectangles_;  // sorted by their low corners, as all lists of them here
-  std::vector<Bounds> changes_;               // of the flipped region's parts along B, in that order, closed
-  std::vector<SectionRectangle> touched_, untouched_, renewed_, begun_, merged_;
-  std::vector<std::uint32_t> ended_;
-  std::vector<End> ends_, sorting_;  // high ends of the touched rectangles, sorted
+  std::vector<Rectangle> rectangles_;  // sorted by their low corners, as all lists of them here
+  std::vector<Bounds> changes_;        // of the flipped region's parts along B, in that order, closed
+  std::vector<Rectangle> touched_, untouched_, renewed_, merged_;
+  std::vector<HighEnd> ends_, sorting_;  // of the touched rectangles, sorted
   std::vector<Interval> line_, window_;
-  ExtremeVertices<1> begin_points_, end_points_, plane_points_, moved_, flips_, old_points_, new_points_;
+  ExtremeVertices<1, C> begin_points_, end_points_, plane_points_, moved_, flips_, old_points_, new_points_;
 };
+
+// ---- implementation ----
+
+template <class C>
+template <class Begin, class End>
+void SectionRectangles<C>::compare(Begin&& begin, End&& end) {
+  auto old = touched_.begin();
+  for (Rectangle& r : renewed_) {
+    for (; old != touched_.end() && low_corner(*old) < low_corner(r); ++old) end(*old);
+    if (old != touched_.end() && low_corner(*old) == low_corner(r)) {
+      const bool same = old->b_hi == r.b_hi && old->c_hi == r.c_hi;
+      if (same)
+        r.mark = old->mark;
+      else
+        end(*old);
+      ++old;
+      if (same) continue;
+    }
+    r.mark = begin(r);
+  }
+  for (; old != touched_.end(); ++old) end(*old);
+}
 
 }  // namespace boxunion

@@ -8,6 +8,7 @@
 #include "core/brep.hpp"
 #include "core/disjoint_sets.hpp"
 #include "core/plane_sweep.hpp"
+#include "core/shell_joins.hpp"
 
 namespace boxunion {
 namespace {
@@ -179,28 +180,8 @@ std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& pl
 Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces, NonManifold contacts) {
   const Fans fans(solid);
   DisjointSets sets(fans.count(), "joining faces");
-  for_each_edge(planes, edge_chunks(planes),
-                [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  const int sectors = kOctants[lower.mask].edges[2 * axis];
-                  for (int sector = 0; sector < sectors; ++sector)
-                    sets.join(fans.at_edge(lower, 2 * axis, sector),
-                              fans.at_edge(upper, 2 * axis + 1, sector));
-                });
-  // The first point of an outer loop has the face right above it, that of a hole everywhere else (see
-  // find_faces).
-  const auto fan_of_loop = [&](std::size_t face, std::uint32_t loop) {
-    const std::uint32_t point = faces.loop_points[faces.first_point[loop]];
-    if (contacts == NonManifold::split) return point;
-    const Quadrant quadrant = loop == faces.first_loop[face] ? right_above : left_above;
-    const int axis = faces.direction[face] / 2;
-    const PlaneVertex vertex{point, 0, 0, solid.vertices[point].mask};
-    return fans.at(vertex, octant_at(axis, faces.direction[face] % 2, quadrant), axis);
-  };
-  parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t face = begin; face < end; ++face)
-      for (std::uint32_t hole = faces.first_loop[face] + 1; hole < faces.first_loop[face + 1]; ++hole)
-        sets.join(fan_of_loop(face, faces.first_loop[face]), fan_of_loop(face, hole));
-  });
+  join_shells(solid, planes, fans, faces, contacts,
+              [&](std::uint32_t a, std::uint32_t b) { sets.join(a, b); });
 
   // At a shell's lowest vertex its edges lead upwards only, so either the octant above is filled, or it is
   // empty and its three neighbours are filled: the shell encloses its body, or a cavity.
@@ -225,7 +206,8 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
   shells.of_face.resize(faces.size());
   parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t face = begin; face < end; ++face)
-      shells.of_face[face] = shell_of[sets.find(fan_of_loop(face, faces.first_loop[face]))];
+      shells.of_face[face] =
+          shell_of[sets.find(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]))];
   });
 
   // A ray from there towards -x runs inside the body until it meets a shell that begins lower.

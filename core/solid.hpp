@@ -20,13 +20,6 @@ struct Solid {
 struct PlacedVertex {
   std::array<double, 3> point;  ///< x, y, z
   std::uint8_t mask = 0;        ///< octant mask
-
-  /// By z, then y, then x, as vertices sort.
-  friend bool operator<(const PlacedVertex& a, const PlacedVertex& b) {
-    if (a.point[2] != b.point[2]) return a.point[2] < b.point[2];
-    if (a.point[1] != b.point[1]) return a.point[1] < b.point[1];
-    return a.point[0] < b.point[0];
-  }
 };
 /// A vertex of a solid with these axes.
 inline PlacedVertex place(const Vertex& v, const Axes& axes) {

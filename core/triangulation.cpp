@@ -1,7 +1,6 @@
 #include "core/triangulation.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -241,19 +240,10 @@ class PlaneTriangulator {
   std::vector<ChainNode> nodes_;
 };
 
-/// How many triangles the faces of some planes normal to an axis have. The angles of a triangle are two
-/// quadrants, so they have half as many as they fill quadrants round all vertices.
+/// How many triangles the faces of some planes normal to an axis have.
 std::size_t count_triangles(int axis, std::span<const PlaneVertex> vertices) {
-  static constexpr auto kFilled = [] {
-    std::array<std::array<std::uint8_t, 256>, 3> filled{};
-    for (std::size_t a = 0; a < 3; ++a)
-      for (std::size_t mask = 0; mask < 256; ++mask)
-        for (const std::uint8_t quadrants : kFaceQuadrants[mask][a])
-          filled[a][mask] = std::uint8_t(filled[a][mask] + std::popcount(quadrants));
-    return filled;
-  }();
   std::size_t filled = 0;
-  for (const PlaneVertex& v : vertices) filled += kFilled[std::size_t(axis)][v.mask];
+  for (const PlaneVertex& v : vertices) filled += kFilledQuadrants[std::size_t(axis)][v.mask];
   return filled / 2;
 }
 

@@ -273,7 +273,8 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
       (!ordinals.region || can_be_tiled(*ordinals.region))) {
     plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kSumsLogEdge)
                            : TileGrid::plan(sources, counts, kSumsLogEdge);
-    if (!too_many_tiles(plan) && plan.touched < 3) cells.sums = mass;
+    // the caller answers for a region, which must not depend on the boxes there
+    if (ordinals.region || (!too_many_tiles(plan) && plan.touched < 3)) cells.sums = mass;
   }
   if (!cells.sums) {
     plan = TileGrid::plan(sources, counts, kPackedLogEdge);

@@ -13,13 +13,14 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/octants.hpp"
+#include "core/vertex_counts.hpp"
 #include "core/voxel_boxes.hpp"
 #include "host/boundary.hpp"
 #include "host/box_file.hpp"
 #include "host/command_results.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
+#include "host/external_boundary.hpp"
 #include "host/files.hpp"
 #include "host/threads.hpp"
 #include "host/tuning.hpp"
@@ -67,37 +68,36 @@ std::vector<Result> statistics_results(const Report& report) {
   return results;
 }
 
-/// How many vertices and edges a solid has.
-class SolidCounts {
- public:
-  template <class Vertices>
-  void add(const Vertices& vertices) {
-    vertices_ += vertices.size();
-    for (const auto& v : vertices)
-      for (const int direction : {0, 2, 4}) {  // each edge at its lower end
-        edges_ += kOctants[v.mask].edges[direction] != 0;
-        nonmanifold_ += kOctants[v.mask].edges[direction] == 2;
-      }
-  }
-  std::vector<Result> results() const {
-    return {count_result("vertices", vertices_), count_result("edges", edges_),
-            count_result("nonmanifold_edges", nonmanifold_)};
-  }
+/// What the vertices of a solid count.
+std::vector<Result> vertex_results(const VertexCounts& counts) {
+  return {count_result("vertices", counts.vertices), count_result("edges", counts.edges),
+          count_result("nonmanifold_edges", counts.nonmanifold_edges)};
+}
 
- private:
-  std::uint64_t vertices_ = 0, edges_ = 0, nonmanifold_ = 0;
-};
+template <class Vertices>
+void add_to(VertexCounts& counts, const Vertices& vertices) {
+  for (const auto& v : vertices) counts.add(v.mask);
+}
 
-/// How many of everything else its boundary has.
-std::vector<Result> boundary_results(const Boundary& boundary) {
+BoundaryCounts counts_of(const Boundary& boundary) {
   const Faces& faces = boundary.brep.faces;
   const Shells& shells = boundary.brep.shells;
-  return {count_result("faces", faces.size()),
-          count_result("holes", faces.holes()),
-          count_result("shells", shells.size()),
-          count_result("cavities", shells.cavities()),
-          count_result("bodies", shells.bodies),
-          count_result("triangles", boundary.triangulation.triangles.size())};
+  return {.faces = faces.size(),
+          .holes = faces.holes(),
+          .triangles = boundary.triangulation.triangles.size(),
+          .shells = ShellCounts{shells.size(), shells.cavities()}};
+}
+
+/// How many of everything else its boundary has.
+std::vector<Result> boundary_results(const BoundaryCounts& counts) {
+  std::vector<Result> results = {count_result("faces", counts.faces), count_result("holes", counts.holes)};
+  if (counts.shells)
+    for (const Result& result :
+         {count_result("shells", counts.shells->shells), count_result("cavities", counts.shells->cavities),
+          count_result("bodies", counts.shells->shells - counts.shells->cavities)})
+      results.push_back(result);
+  results.push_back(count_result("triangles", counts.triangles));
+  return results;
 }
 
 /// How the kernels are launched on a device, as members of a JSON object; natively there is no choice.
@@ -159,6 +159,19 @@ std::vector<Result> mass_results(const MassProperties& mass) {
           count_result("vertices", mass.vertices),  count_result("extreme_vertices", mass.extreme_vertices)};
 }
 
+namespace {
+
+NonManifold contacts_of(const BoundaryOptions& options, FileFormat format) {
+  const bool has_floats = format == FileFormat::stl || format == FileFormat::threemf;
+  return options.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
+}
+
+void warn_of_rounding(const std::string& output) {
+  warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output));
+}
+
+}  // namespace
+
 BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions& options,
                                const Common& common)
     : output_(output),
@@ -168,16 +181,14 @@ BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions&
       format_(file_format(output, kBoundaryFormats)) {}
 
 void BoundaryWriter::write(const Solid& solid, const Options& options, Report& report) {
-  const bool has_floats = format_ == FileFormat::stl || format_ == FileFormat::threemf;
-  const NonManifold contacts =
-      options_.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
-  SolidCounts counts;
-  counts.add(solid.vertices);
-  results_ = counts.results();
+  const NonManifold contacts = contacts_of(options_, format_);
+  VertexCounts counts;
+  add_to(counts, solid.vertices);
+  results_ = vertex_results(counts);
   std::optional<Boundary> boundary;
   if (common_.json || is_mesh(format_)) {
     boundary = find_boundary(solid, contacts, options, &report);
-    for (const Result& result : boundary_results(*boundary)) results_.push_back(result);
+    for (const Result& result : boundary_results(counts_of(*boundary))) results_.push_back(result);
   }
   if (is_mesh(format_))
     exact_ = write_mesh(boundary->brep, boundary->triangulation, options_.triangles, std::move(file_));
@@ -186,7 +197,7 @@ void BoundaryWriter::write(const Solid& solid, const Options& options, Report& r
 }
 
 std::vector<Result> BoundaryWriter::results() const {
-  if (!exact_) warn(fmt::format("{}: coordinates were rounded to the numbers of this format", output_));
+  if (!exact_) warn_of_rounding(output_);
   std::vector<Result> results = results_;
   results.push_back(string_result("output", output_));
   return results;
@@ -246,36 +257,57 @@ void check_budget(const std::string& input, const std::string& what, std::uint64
   if (need > common.budget->bytes)
     throw Error(ErrorKind::resources,
                 fmt::format("{} of {} vertices takes about {} MiB of memory, more than --memory gives; the "
-                            "vertices alone (boundary -o .csv or .npy) do with less",
+                            "other formats do with less",
                             what, vertices, (need >> 20) + 1));
 }
 
 namespace {
 
-/// Writes the vertices of a union within a memory budget.
-void write_vertices_within(const std::string& input, const std::string& output, const Common& common) {
+/// Writes the vertices of a union, and no faces, in order.
+VertexCounts write_vertices(ExternalUnion& external, OutputFile out) {
+  VertexCounts counts;
+  std::optional<VertexWriter> writer;
+  external.vertices([&](std::uint64_t count) {
+    writer.emplace(out, count);
+    return [&](std::span<const PlacedVertex> block) {
+      add_to(counts, block);
+      writer->write(block);
+    };
+  });
+  out.commit();
+  return counts;
+}
+
+/// Writes a boundary within a memory budget.
+void boundary_within(const std::string& input, const std::string& output,
+                     const BoundaryOptions& boundary_options, const Common& common) {
   ProgressBar bar(common.quiet);
-  OutputFile out = open_output(output, common.interrupted, kBoxFormats);
+  OutputFile out = open_output(output, common.interrupted, kBoundaryFormats);
+  const FileFormat format = file_format(output, kBoundaryFormats);
   const Options options = engine_options(common, bar);
   Report report;
-  SolidCounts counts;
+  ExternalBoundary found;
   std::uint64_t slabs = 0;
+  const bool has_faces = common.json || is_mesh(format);
   with_threads(common.engine.threads, common.interrupted, [&] {
     const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
     ExternalUnion external(*file, options, *common.budget, report);
-    std::optional<VertexWriter> writer;
-    external.vertices([&](std::uint64_t count) {
-      writer.emplace(out, count);
-      return [&](std::span<const PlacedVertex> block) {
-        counts.add(block);
-        writer->write(block);
-      };
-    });
+    if (has_faces)
+      found = write_boundary(external, contacts_of(boundary_options, format), boundary_options.triangles,
+                             std::move(out), report);
+    else
+      found.vertices = write_vertices(external, std::move(out));
     slabs = external.slabs();
-    out.commit();
   });
   bar.clear();
-  std::vector<Result> results = counts.results();
+  std::vector<Result> results = vertex_results(found.vertices);
+  if (has_faces) {
+    for (const Result& result : boundary_results(found.counts)) results.push_back(result);
+    if (!found.counts.shells)
+      warn(fmt::format("shells are not counted: that takes {} MiB, more than half of what --memory leaves",
+                       (found.counts.shells_bytes >> 20) + 1));
+  }
+  if (!found.exact) warn_of_rounding(output);
   results.push_back(string_result("output", output));
   results.push_back(count_result("slabs", slabs));
   add_report(results, report);
@@ -286,14 +318,14 @@ void write_vertices_within(const std::string& input, const std::string& output, 
 
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common) {
-  const bool mesh = is_mesh(file_format(output, kBoundaryFormats));
-  if (common.budget && !mesh) return write_vertices_within(input, output, common);
+  const bool in_parts = file_format(output, kBoundaryFormats) != FileFormat::threemf;
+  if (common.budget && in_parts) return boundary_within(input, output, boundary_options, common);
   ProgressBar bar(common.quiet);
   BoundaryWriter writer(output, boundary_options, common);
   const Options options = engine_options(common, bar);
   Report report;
   with_threads(common.engine.threads, common.interrupted, [&] {
-    check_budget(input, "a mesh", kMeshBytesAVertex, options, common);
+    check_budget(input, "a mesh for .3mf", kMeshBytesAVertex, options, common);
     writer.write(unite(read_boxes(input, common.interrupted, common.volume), options, &report), options,
                  report);
   });

@@ -2,14 +2,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/adjacency.hpp"
 #include "core/decomposition.hpp"
 #include "core/error.hpp"
 #include "core/evm.hpp"
+#include "host/box_file.hpp"
 #include "host/command.hpp"
 #include "host/command_results.hpp"
+#include "host/external_decomposition.hpp"
 #include "host/files.hpp"
 #include "host/stopwatch.hpp"
 #include "host/threads.hpp"
@@ -17,23 +20,26 @@
 namespace boxunion::command {
 namespace {
 
-constexpr std::uint64_t kBytesAVertex = 120;  ///< of vertices, extreme vertices and boxes, as measured
-
 const char* name(Model model) {
   constexpr std::array kNames = {"evm", "oudb", "cudb"};
   return kNames[std::size_t(model)];
 }
 
+/// The boxes that a model consists of; none: extreme vertices.
+std::optional<BoxModel> box_model(Model model) {
+  if (model == Model::evm) return std::nullopt;
+  return model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
+}
+
 /// The extreme vertices in the order asked for, or in that which gives the model the fewest elements (of
 /// equals the first; extreme vertices are as many in every order).
-Evm ordered_evm(const Solid& solid, Model model, const std::optional<AxisOrder>& order) {
-  if (order || model == Model::evm) return make_evm(solid, order.value_or(kAxisOrders[0]));
-  const BoxModel boxes = model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
+Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::optional<AxisOrder>& order) {
+  if (order || !boxes) return make_evm(solid, order.value_or(kAxisOrders[0]));
   Evm best;
   std::uint64_t fewest = 0;
   for (const AxisOrder& candidate : kAxisOrders) {
     Evm evm = make_evm(solid, candidate);
-    const std::uint64_t count = count_boxes(evm, boxes);
+    const std::uint64_t count = count_boxes(evm, *boxes);
     if (candidate != kAxisOrders[0] && count >= fewest) continue;
     fewest = count;
     best = std::move(evm);
@@ -41,51 +47,65 @@ Evm ordered_evm(const Solid& solid, Model model, const std::optional<AxisOrder>&
   return best;
 }
 
+/// Order, number of elements and their bytes in memory, with `more` of these.
+void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
+               std::uint64_t elements, std::uint64_t more = 0) {
+  results.push_back(string_result("order", to_string(order)));
+  results.push_back(count_result(boxes ? "boxes" : "vertices", elements));
+  results.push_back(
+      count_result("bytes", elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>)) + more));
+}
+
 }  // namespace
 
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
                const Common& common) {
-  if (common.budget && (decompose_options.model == Model::oudb || decompose_options.connectivity))
-    throw Error(ErrorKind::usage,
-                "--memory is for the models evm and cudb without --connectivity: nothing bounds the others");
+  if (common.budget && decompose_options.connectivity)
+    throw Error(ErrorKind::usage, "--memory is not for --connectivity: nothing bounds the neighbor lists");
   ProgressBar bar(common.quiet);
   std::optional<OutputFile> file;
   if (!output.empty()) file.emplace(open_output(output, common.interrupted));
   Report report;
-  const Model model = decompose_options.model;
-  std::vector<Result> results = {string_result("model", name(model))};
+  const std::optional<BoxModel> model = box_model(decompose_options.model);
+  std::vector<Result> results = {string_result("model", name(decompose_options.model))};
+  std::optional<std::uint64_t> slabs;
   with_threads(common.engine.threads, common.interrupted, [&] {
     const Options options = engine_options(common, bar);
-    check_budget(input, "a decomposition", kBytesAVertex, options, common);
+    if (common.budget) {
+      const auto boxes = open_boxes(input, common.budget->scratch, common.interrupted);
+      ExternalUnion solid(*boxes, options, *common.budget, report);
+      const ExternalModel made = decompose(solid, model, decompose_options.order, std::move(file), report);
+      add_model(results, model, made.order, made.elements);
+      slabs = solid.slabs();
+      return;
+    }
     const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
     Stages stages(report, common.interrupted);
     const Evm evm = ordered_evm(solid, model, decompose_options.order);
     stages.finish("evm");
-    results.push_back(string_result("order", to_string(evm.order)));
-    if (model == Model::evm) {
-      results.push_back(count_result("vertices", evm.vertices.size()));
-      results.push_back(count_result("bytes", evm.vertices.size() * sizeof(evm.vertices[0])));
+    if (!model) {
+      add_model(results, model, evm.order, evm.vertices.size());
       stages.end();
       if (file) write_extreme_vertices(evm, std::move(*file));
       return;
     }
-    const Decomposition boxes = decompose(evm, model == Model::oudb ? BoxModel::oudb : BoxModel::cudb);
+    const Decomposition boxes = decompose(evm, *model);
     stages.finish("boxes");
-    std::size_t bytes = boxes.boxes.size() * sizeof(OrdinalBox);
-    results.push_back(count_result("boxes", boxes.boxes.size()));
+    std::size_t bytes = 0;
     if (decompose_options.connectivity) {
       const Adjacency adjacency = find_neighbors(boxes, *decompose_options.connectivity);
       stages.finish("neighbors");
       results.push_back(
           count_result("neighbors", adjacency.forward[0].boxes.size() + adjacency.forward[1].boxes.size()));
-      bytes += adjacency.bytes();
+      bytes = adjacency.bytes();
     }
     stages.end();
-    results.push_back(count_result("bytes", bytes));
+    add_model(results, model, evm.order, boxes.boxes.size(), bytes);
     if (file) write_boxes(to_boxes(boxes), std::move(*file));
   });
   bar.clear();
   if (!output.empty()) results.push_back(string_result("output", output));
+  if (slabs) results.push_back(count_result("slabs", *slabs));
   add_report(results, report);
   print_results(results, common.json);
 }

@@ -261,10 +261,13 @@ void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices)
   });
 }
 
-void write_extreme_vertices(OutputFile& file, const Evm& evm) {
+void write_point_header(OutputFile& file) {
   file.write("x,y,z\n");
-  write_rows(file, evm.vertices.size(), [&](std::size_t row, fmt::memory_buffer& text) {
-    const std::array<double, 3> p = evm.coordinates(row);
+}
+
+void write_point_rows(OutputFile& file, std::span<const Point> points) {
+  write_rows(file, points.size(), [&](std::size_t row, fmt::memory_buffer& text) {
+    const Point& p = points[row];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{}\n"), p[0], p[1], p[2]);
   });
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -19,8 +20,8 @@
 #include "host/cells_method.hpp"
 #include "host/slab_files.hpp"
 #include "host/slices_method.hpp"
+#include "host/sorted_runs.hpp"
 #include "host/stopwatch.hpp"
-#include "host/vertex_runs.hpp"
 
 namespace boxunion {
 namespace {
@@ -193,13 +194,17 @@ Ordinals load_slab(const BoxSource<double>& source, const RegionOf<double>& regi
   return slab;
 }
 
+/// From ordinals of a slab to those of the whole, modulo 2^32, if both are lattices.
+Ordinal shift(const Axis& slab, const Axis& whole) {
+  return static_cast<Ordinal>(slab.base() - whole.base());
+}
+
 /// The mass of a slab. Sums over a part of the vertices depend on where coordinates count from, so those on
 /// lattices go to `whole`, a sink of all slabs; integrals over a region do not.
 class SlabMass : public MassSink {
  public:
   SlabMass(const Axes& axes, const Axes& whole_axes, MassSink* whole) : MassSink(axes), whole_(whole) {
-    for (unsigned a = 0; a < 3; ++a)
-      shift_[a] = static_cast<Ordinal>(axes[a].base() - whole_axes[a].base());  // modulo 2^32
+    for (unsigned a = 0; a < 3; ++a) shift_[a] = shift(axes[a], whole_axes[a]);
   }
   using MassSink::add;
   void add(std::span<const Vertex> vertices) override {
@@ -211,18 +216,37 @@ class SlabMass : public MassSink {
 
  private:
   MassSink* whole_;
-  std::array<Ordinal, 3> shift_{};  // from ordinals of the slab to those of the whole
+  std::array<Ordinal, 3> shift_{};
 };
 
-/// Gives the vertices of a slab to runs that all slabs share.
-class RunsSink : public VertexSink {
+/// Gives the vertices of a slab on, with coordinates of the whole.
+template <class C>
+class SlabVertices : public VertexSink {
  public:
-  RunsSink(const Axes& axes, VertexRuns& runs) : axes_(axes), runs_(runs) {}
-  void add(std::span<const Vertex> vertices) override { runs_.add(vertices, axes_); }
+  using Take = std::function<void(std::span<const ExternalVertex<C>>)>;
+
+  SlabVertices(const Axes& axes, const Axes& whole, const Take& take) : axes_(axes), take_(take) {
+    for (unsigned a = 0; a < 3; ++a) shift_[a] = shift(axes[a], whole[a]);
+  }
+  void add(std::span<const Vertex> vertices) override {
+    std::vector<ExternalVertex<C>> moved;
+    moved.reserve(vertices.size());
+    for (const Vertex& v : vertices)
+      moved.push_back({{coordinate(0, v.x), coordinate(1, v.y), coordinate(2, v.z)}, v.mask});
+    take_(moved);
+  }
 
  private:
+  C coordinate(unsigned axis, Ordinal ordinal) const {
+    if constexpr (std::is_same_v<C, Ordinal>)
+      return ordinal + shift_[axis];
+    else
+      return ordered_bits(axes_[axis].coordinate(ordinal));
+  }
+
   Axes axes_;
-  VertexRuns& runs_;
+  const Take& take_;
+  std::array<Ordinal, 3> shift_{};
 };
 
 }  // namespace
@@ -249,6 +273,12 @@ class ExternalUnion::Run {
 
   const Survey& found() const { return survey_; }
   std::uint64_t slabs() const { return slabs_; }
+  const Axes& axes() const { return axes_; }
+  bool is_lattice() const { return is_lattice_; }
+  std::uint64_t base() const { return base_; }
+  std::uint64_t bytes() const { return budget_.bytes - base_; }
+  ScratchFile scratch_file() const { return ScratchFile(budget_.scratch, options_.interrupted); }
+  Report& report() { return report_; }
   std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
     return base_ + file_.size() * box_bytes() + vertices * bytes_a_vertex;
   }
@@ -274,27 +304,21 @@ class ExternalUnion::Run {
   MassProperties measure() {
     MassTotals totals;
     MassSink whole(axes_);
-    run(budget_.bytes - base_, [&](Ordinals slab) {
+    run(bytes(), [&](Ordinals slab) {
       SlabMass sink(slab.axes, axes_, is_lattice_ ? &whole : nullptr);
-      unite(std::move(slab), &sink, sink);
+      unite(std::move(slab), sums_fit_ ? &sink : nullptr, sink);
       totals += sink.totals();
     });
     totals += whole.totals();
     return totals.result();
   }
 
-  void vertices(const std::function<VertexBlocks(std::uint64_t)>& begin) {
-    const std::uint64_t bytes = budget_.bytes - base_;
-    VertexRuns runs(bytes / 2, thread_count(), ScratchFile(budget_.scratch, options_.interrupted));
-    run(bytes / 2, [&](Ordinals slab) {
-      RunsSink sink(slab.axes, runs);
+  template <class C>
+  void unite(std::uint64_t bytes, const typename SlabVertices<C>::Take& take) {
+    run(bytes, [&](Ordinals slab) {
+      SlabVertices<C> sink(slab.axes, axes_, take);
       unite(std::move(slab), nullptr, sink);
     });
-    Stopwatch watch(report_);
-    const VertexBlocks take = begin(runs.count());
-    runs.merge([&](std::span<const PlacedVertex> block) { take(block); });
-    watch.lap("merge and write");
-    watch.total();
   }
 
  private:
@@ -302,6 +326,7 @@ class ExternalUnion::Run {
 
   template <class C, class Use>
   void solve(const BoxSource<C>& source, const RegionOf<C>& region, unsigned depth, Use& use) {
+    if (depth == 0) sums_fit_ = can_be_summed(region, source.count());
     if (source.count() <= slab_boxes_) {
       Stopwatch watch(report_);
       Ordinals slab = load_slab(source, region, axes_);
@@ -319,15 +344,32 @@ class ExternalUnion::Run {
                       source.count(), text_of(base_ + source.count() * box_bytes()), text_of(budget_.bytes)));
     auto slabs = distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted);
     watch.lap("cut");
-    if (depth == 0)
+    if (depth == 0) {
       for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();
+      sums_fit_ = std::ranges::all_of(
+          slabs, [&](const auto& slab) { return can_be_summed(slab->region(), slab_boxes_); });
+    }
     for (auto& slab : slabs) {
       if (slab->count() > 0) solve<C>(*slab, slab->region(), depth + 1, use);
       slab.reset();  // gives its disk back
     }
   }
 
-  std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, (budget_.bytes - base_) / 2); }
+  /// Do the tiles of a region fit, so that they can be summed without vertices? All slabs must be summed, or
+  /// none, for the vertices of a slab alone are no integral over it; so it is asked of those that are cut
+  /// further on.
+  static bool can_be_summed(const RegionOf<Ordinal>& region, std::uint64_t boxes) {
+    double tiles = 1;
+    for (unsigned a = 0; a < 3; ++a) {
+      const Ordinal size = region.hi[a] - region.lo[a];
+      if (size >= 1u << 31) return false;
+      tiles *= std::ceil(double(size) / (1 << kRegionLogEdge));
+    }
+    return tiles <= std::max(512.0, double(boxes) / 4);
+  }
+  static bool can_be_summed(const RegionOf<double>&, std::uint64_t) { return false; }  // no lattices
+
+  std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
 
   /// The union of a slab, as far as the slab owns it; see combine_by_cells about `mass`.
   void unite(Ordinals slab, MassSink* mass, VertexSink& sink) {
@@ -355,7 +397,7 @@ class ExternalUnion::Run {
   std::uint64_t base_ = 0;
   Survey survey_;
   Axes axes_;
-  bool is_lattice_ = false;
+  bool is_lattice_ = false, sums_fit_ = false;
   std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
 };
 
@@ -376,8 +418,50 @@ std::uint64_t ExternalUnion::bytes_in_memory(std::uint64_t vertices, std::uint64
 MassProperties ExternalUnion::measure() {
   return run_->measure();
 }
+const Axes& ExternalUnion::axes() const {
+  return run_->axes();
+}
+bool ExternalUnion::is_lattice() const {
+  return run_->is_lattice();
+}
+std::uint64_t ExternalUnion::bytes() const {
+  return run_->bytes();
+}
+std::uint64_t ExternalUnion::budget_for(std::uint64_t bytes) const {
+  return run_->base() + bytes;
+}
+ScratchFile ExternalUnion::scratch_file() const {
+  return run_->scratch_file();
+}
+
+template <class C>
+void ExternalUnion::unite(std::uint64_t bytes,
+                          const std::function<void(std::span<const ExternalVertex<C>>)>& take) {
+  run_->unite<C>(bytes, take);
+}
+template void ExternalUnion::unite(std::uint64_t,
+                                   const std::function<void(std::span<const ExternalVertex<Ordinal>>)>&);
+template void ExternalUnion::unite(
+    std::uint64_t, const std::function<void(std::span<const ExternalVertex<std::uint64_t>>)>&);
+
 void ExternalUnion::vertices(const std::function<VertexBlocks(std::uint64_t)>& begin) {
-  run_->vertices(begin);
+  with_coordinates([&]<class C>(C) {
+    SortedRuns<ExternalVertex<C>> runs(bytes() / 2, thread_count(), scratch_file());
+    unite<C>(bytes() / 2, [&](std::span<const ExternalVertex<C>> vertices) { runs.add(vertices); });
+    Stopwatch watch(run_->report());
+    const VertexBlocks take = begin(runs.count());
+    std::vector<PlacedVertex> placed;
+    runs.merge(bytes() / 2, [&](std::span<const ExternalVertex<C>> block) {
+      placed.clear();
+      for (const ExternalVertex<C>& v : block) {
+        PlacedVertex& p = placed.emplace_back(PlacedVertex{{}, std::uint8_t(v.mask)});
+        for (unsigned a = 0; a < 3; ++a) p.point[a] = external_coordinate(axes()[a], v.at[a]);
+      }
+      take(placed);
+    });
+    watch.lap("merge and write");
+    watch.total();
+  });
 }
 
 }  // namespace boxunion

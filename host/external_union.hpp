@@ -1,15 +1,19 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
+#include "core/axis.hpp"
 #include "core/mass.hpp"
+#include "core/radix_sort.hpp"
+#include "core/solid.hpp"
 #include "host/box_file.hpp"
 #include "host/engine.hpp"
-#include "host/files.hpp"
+#include "host/scratch.hpp"
 
 namespace boxunion {
 
@@ -21,6 +25,29 @@ struct Budget {
   std::string scratch;           ///< folder for nameless files
   std::uint64_t slab_boxes = 0;  ///< if not 0, the most boxes of a slab, even where more would fit
 };
+
+/// A vertex outside of memory. Its coordinates C are ordinals where all axes of the union are lattices, else
+/// ordered_bits, which need no axes.
+template <class C>
+struct ExternalVertex {
+  std::array<C, 3> at;  ///< x, y, z
+  C mask;               ///< octant mask; as wide as they are, so that no bytes between are left unset
+
+  /// By z, then y, then x, as vertices sort.
+  friend bool operator<(const ExternalVertex& a, const ExternalVertex& b) {
+    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];
+    if (a.at[1] != b.at[1]) return a.at[1] < b.at[1];
+    return a.at[0] < b.at[0];
+  }
+};
+
+/// The number that such a coordinate on an axis stands for.
+inline double external_coordinate(const Axis& axis, std::uint32_t ordinal) {
+  return axis.coordinate(ordinal);
+}
+inline double external_coordinate(const Axis&, std::uint64_t bits) {
+  return from_ordered_bits(bits);
+}
 
 /// The union of more boxes than memory holds, by distribution sweeping.
 ///
@@ -38,6 +65,16 @@ class ExternalUnion {
   ExternalUnion& operator=(const ExternalUnion&) = delete;
 
   std::uint64_t degenerate_boxes() const;
+  /// Those of the union where all are lattices. Else the others have no ordinals: count() is 0.
+  const Axes& axes() const;
+  /// Calls f(C{}) with the type of ExternalVertex's coordinates; f is a template.
+  template <class F>
+  void with_coordinates(F&& f) const {
+    if (is_lattice())
+      f(std::uint32_t{});
+    else
+      f(std::uint64_t{});
+  }
   /// Slabs that went through the engine so far.
   std::uint64_t slabs() const;
   /// Memory that the union would take all at once, as vertices, with `bytes_a_vertex` for each of them.
@@ -47,6 +84,18 @@ class ExternalUnion {
   /// full; Error(interrupted); and as boxunion::measure does.
   MassProperties measure();
 
+  /// What is left of the budget for boxes, vertices and whatever is made of them.
+  std::uint64_t bytes() const;
+  /// The budget that a run would need to leave so much.
+  std::uint64_t budget_for(std::uint64_t bytes) const;
+  /// A new file in the folder of the budget.
+  ScratchFile scratch_file() const;
+
+  /// Finds the vertices and gives them to take(), batch by batch in any order, from several threads at once;
+  /// takes about so many bytes of memory. C is that of with_coordinates. Throws as measure does.
+  template <class C>
+  void unite(std::uint64_t bytes, const std::function<void(std::span<const ExternalVertex<C>>)>& take);
+
   /// Takes vertices in order, block by block.
   using VertexBlocks = std::function<void(std::span<const PlacedVertex>)>;
   /// Finds the vertices. When their number is known it calls begin(number), which gives what takes them,
@@ -54,6 +103,8 @@ class ExternalUnion {
   void vertices(const std::function<VertexBlocks(std::uint64_t)>& begin);
 
  private:
+  bool is_lattice() const;
+
   class Run;
   std::unique_ptr<Run> run_;
 };

@@ -154,22 +154,49 @@ void VertexWriter::write(std::span<const PlacedVertex> vertices) {
     npy::write_vertex_rows(file_, vertices);
 }
 
-void write_vertices(const Solid& solid, OutputFile file) {
+PointWriter::PointWriter(OutputFile& file, std::uint64_t count)
+    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
+  if (format_ == FileFormat::csv)
+    csv::write_point_header(file_);
+  else
+    npy::write_point_header(file_, count);
+}
+
+void PointWriter::write(std::span<const Point> points) {
+  if (format_ == FileFormat::csv)
+    csv::write_point_rows(file_, points);
+  else
+    npy::write_point_rows(file_, points);
+}
+
+namespace {
+
+/// Writes make(0) .. make(count - 1), found in parallel, block by block.
+template <class T, class Writer, class Make>
+void write_blocks(Writer writer, std::size_t count, Make&& make) {
   constexpr std::size_t kRows = 1 << 18;
-  VertexWriter writer(file, solid.vertices.size());
-  std::vector<PlacedVertex> placed;
-  for (std::span<const Vertex> rest = solid.vertices; !rest.empty(); rest = rest.subspan(placed.size())) {
-    placed.resize(std::min(kRows, rest.size()));
-    parallel_ranges(0, placed.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) placed[i] = place(rest[i], solid.axes);
+  std::vector<T> block;
+  for (std::size_t first = 0; first < count; first += block.size()) {
+    block.resize(std::min(kRows, count - first));
+    parallel_ranges(0, block.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) block[i] = make(first + i);
     });
-    writer.write(placed);
+    writer.write(block);
   }
+}
+
+}  // namespace
+
+void write_vertices(const Solid& solid, OutputFile file) {
+  const std::size_t count = solid.vertices.size();
+  write_blocks<PlacedVertex>(VertexWriter(file, count), count,
+                             [&](std::size_t i) { return place(solid.vertices[i], solid.axes); });
   file.commit();
 }
 
 void write_extreme_vertices(const Evm& evm, OutputFile file) {
-  is_csv(file) ? csv::write_extreme_vertices(file, evm) : npy::write_extreme_vertices(file, evm);
+  const std::size_t count = evm.vertices.size();
+  write_blocks<Point>(PointWriter(file, count), count, [&](std::size_t i) { return evm.coordinates(i); });
   file.commit();
 }
 
@@ -184,28 +211,51 @@ void write_components(std::span<const Component> components, OutputFile file) {
   file.commit();
 }
 
-bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
-  bool exact = true;
-  switch (file_format(file.path(), kBoundaryFormats)) {
+MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles)
+    : file_(file), format_(file_format(file.path(), kBoundaryFormats)), triangles_only_(triangles_only) {
+  switch (format_) {
     case FileFormat::obj:
-      obj::write(file, brep, triangulation, triangles_only);
+      obj::write_header(file_);
       break;
     case FileFormat::ply:
-      ply::write(file, brep.points, triangulation.triangles);
+      ply::write_header(file_, points, triangles);
       break;
     case FileFormat::off:
-      off::write(file, brep.points, triangulation.triangles);
+      off::write_header(file_, points, triangles);
       break;
     case FileFormat::stl:
-      exact = stl::write(file, brep, triangulation);
-      break;
-    case FileFormat::threemf:
-#ifdef BOXUNION_HAVE_LIB3MF
-      exact = threemf::write(file, brep.points, triangulation.triangles);
-#endif
+      stl::write_header(file_, triangles);
       break;
     default:
-      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format", file.path()));
+      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format that is written in parts", file.path()));
+  }
+}
+
+void MeshWriter::write_points(std::span<const Point> points) {
+  if (format_ == FileFormat::obj) obj::write_points(file_, points);
+  if (format_ == FileFormat::ply) ply::write_points(file_, points);
+  if (format_ == FileFormat::off) off::write_points(file_, points);
+}
+
+void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
+                             const Triangulation& triangulation) {
+  if (format_ == FileFormat::obj) obj::write_faces(file_, faces, triangulation, triangles_only_);
+  if (format_ == FileFormat::ply) ply::write_triangles(file_, triangulation.triangles);
+  if (format_ == FileFormat::off) off::write_triangles(file_, triangulation.triangles);
+  if (format_ == FileFormat::stl) exact_ &= stl::write_triangles(file_, points, faces, triangulation);
+}
+
+bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
+  bool exact = true;
+  if (file_format(file.path(), kBoundaryFormats) == FileFormat::threemf) {
+#ifdef BOXUNION_HAVE_LIB3MF
+    exact = threemf::write(file, brep.points, triangulation.triangles);
+#endif
+  } else {
+    MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
+    writer.write_points(brep.points);
+    writer.write_faces(brep.points, brep.faces, triangulation);
+    exact = writer.exact();
   }
   file.commit();
   return exact;

@@ -110,8 +110,19 @@ class VertexWriter {
 /// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
 void write_vertices(const Solid& solid, OutputFile file);
 
-/// Writes and commits extreme vertices in the order of the model: columns x, y, z, in NPY an (n, 3) array of
-/// float64.
+/// Writes points, block by block, to a .csv or .npy file: columns x, y, z, in NPY an (n, 3) array of float64.
+class PointWriter {
+ public:
+  /// Writes to `file` exactly `count` points.
+  PointWriter(OutputFile& file, std::uint64_t count);
+  void write(std::span<const Point> points);
+
+ private:
+  OutputFile& file_;
+  FileFormat format_;
+};
+
+/// Writes and commits extreme vertices as points, in the order of the model.
 void write_extreme_vertices(const Evm& evm, OutputFile file);
 
 /// Writes and commits boxes as write_boxes does, each with its label: in CSV a column `label` more, in NPY a
@@ -123,13 +134,34 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
 /// `volume` (float64) and `bounds` (six float64).
 void write_components(std::span<const Component> components, OutputFile file);
 
-/// Writes and commits a boundary as a mesh, in the same order whatever the number of threads.
+/// Writes a boundary as a mesh, part by part: all points, then all faces.
 ///
 /// OBJ has the faces as polygons, of which those with holes are cut into triangles, or triangles alone if
 /// `triangles_only`; the other formats have triangles. OBJ and OFF are text in shortest decimals that read
-/// back to the same doubles; PLY is binary, little-endian, with doubles. STL (binary) and 3MF (by lib3mf, in
-/// millimetres) have floats: returns false if a coordinate was rounded to one. Throws Error(input) if one is
-/// beyond the floats.
+/// back to the same doubles; PLY is binary, little-endian, with doubles; STL is binary, with floats.
+class MeshWriter {
+ public:
+  /// Writes to `file`, no .3mf, exactly so many points and triangles.
+  MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles);
+
+  /// Do faces refer to points by their number in the file, or else (STL) to those given with them?
+  bool is_indexed() const { return format_ != FileFormat::stl; }
+  void write_points(std::span<const Point> points);
+  /// Throws Error(input) if a coordinate is beyond the floats that the format has.
+  void write_faces(std::span<const Point> points, const Faces& faces, const Triangulation& triangulation);
+  /// No coordinate was rounded.
+  bool exact() const { return exact_; }
+
+ private:
+  OutputFile& file_;
+  FileFormat format_;
+  bool triangles_only_;
+  bool exact_ = true;
+};
+
+/// Writes and commits a boundary as a mesh, in the same order whatever the number of threads: as MeshWriter
+/// does, or as 3MF (by lib3mf, in millimetres, with floats). Returns false if a coordinate was rounded to a
+/// float. Throws Error(input) if one is beyond the floats.
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file);
 
 }  // namespace boxunion

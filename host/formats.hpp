@@ -47,7 +47,8 @@ template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertex_header(OutputFile& file);
 void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_point_header(OutputFile& file);
+void write_point_rows(OutputFile& file, std::span<const Point> points);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
 
@@ -67,7 +68,8 @@ template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
 void write_vertex_header(OutputFile& file, std::uint64_t count);
 void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_extreme_vertices(OutputFile& file, const Evm& evm);
+void write_point_header(OutputFile& file, std::uint64_t count);
+void write_point_rows(OutputFile& file, std::span<const Point> points);
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
 void write_components(OutputFile& file, std::span<const Component> components);
 /// Writes a volume of the extents of `grid` as uint8 or uint32.
@@ -105,26 +107,35 @@ std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& o
 
 namespace boxunion::obj {
 
-void write(OutputFile& file, const Brep& brep, const Triangulation& triangulation, bool triangles_only);
+void write_header(OutputFile& file);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_faces(OutputFile& file, const Faces& faces, const Triangulation& triangulation,
+                 bool triangles_only);
 
 }  // namespace boxunion::obj
 
 namespace boxunion::ply {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
 
 }  // namespace boxunion::ply
 
 namespace boxunion::off {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+void write_points(OutputFile& file, std::span<const Point> points);
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
 
 }  // namespace boxunion::off
 
 namespace boxunion::stl {
 
+void write_header(OutputFile& file, std::uint64_t triangles);
 /// Returns false if a coordinate was rounded.
-bool write(OutputFile& file, const Brep& brep, const Triangulation& triangulation);
+bool write_triangles(OutputFile& file, std::span<const Point> points, const Faces& faces,
+                     const Triangulation& triangulation);
 
 }  // namespace boxunion::stl
 

@@ -421,7 +421,8 @@ class CommandLine {
             ->type_name("SIZE")
             ->transform(CLI::AsSizeValue(false))
             ->excludes("--threshold");
-    sub->add_option("--scratch", scratch_, "Folder for these slabs (default: $TMPDIR or /tmp)")
+    sub->add_option("--scratch", scratch_,
+                    "Folder for slabs and what is sorted on disk (default: $TMPDIR or /tmp)")
         ->needs(memory);
     return memory;
   }

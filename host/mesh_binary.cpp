@@ -33,15 +33,21 @@ void write_records(OutputFile& file, std::size_t count, Fill fill) {
 
 namespace ply {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles) {
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles) {
   file.write(
       fmt::format("ply\nformat binary_little_endian 1.0\ncomment boxunion\n"
                   "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
                   "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-                  points.size(), triangles.size()));
+                  points, triangles));
+}
+
+void write_points(OutputFile& file, std::span<const Point> points) {
   write_records<sizeof(Point)>(file, points.size(), [&](std::size_t i, char* bytes) {
     std::memcpy(bytes, &points[i], sizeof(Point));
   });
+}
+
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles) {
   write_records<1 + sizeof(Triangle)>(file, triangles.size(), [&](std::size_t i, char* bytes) {
     bytes[0] = 3;
     std::memcpy(bytes + 1, &triangles[i], sizeof(Triangle));
@@ -52,23 +58,26 @@ void write(OutputFile& file, std::span<const Point> points, std::span<const Tria
 
 namespace stl {
 
-bool write(OutputFile& file, const Brep& brep, const Triangulation& triangulation) {
+void write_header(OutputFile& file, std::uint64_t triangles) {
   std::array<char, 80> header{};
   std::memcpy(header.data(), "boxunion", 8);
   file.write({header.data(), header.size()});
-  const auto count = static_cast<std::uint32_t>(triangulation.triangles.size());
+  const auto count = static_cast<std::uint32_t>(triangles);
   file.write_array(std::span(&count, 1));
+}
 
+bool write_triangles(OutputFile& file, std::span<const Point> points, const Faces& faces,
+                     const Triangulation& triangulation) {
   FloatRounding round(file.path());
   std::size_t face = 0;
-  write_records<50>(file, count, [&](std::size_t i, char* bytes) {
+  write_records<50>(file, triangulation.triangles.size(), [&](std::size_t i, char* bytes) {
     while (triangulation.first[face + 1] <= i) ++face;
-    const unsigned direction = brep.faces.direction[face];
+    const unsigned direction = faces.direction[face];
     std::array<float, 12> numbers{};  // normal and corners
     numbers[direction / 2] = direction % 2 == 0 ? 1.0f : -1.0f;
     for (std::size_t corner = 0; corner < 3; ++corner)
       for (std::size_t a = 0; a < 3; ++a)
-        numbers[3 + 3 * corner + a] = round(brep.points[triangulation.triangles[i][corner]][a]);
+        numbers[3 + 3 * corner + a] = round(points[triangulation.triangles[i][corner]][a]);
     std::memcpy(bytes, numbers.data(), sizeof numbers);
     bytes[48] = bytes[49] = 0;  // attributes
   });

@@ -11,13 +11,19 @@
 namespace boxunion {
 namespace obj {
 
-void write(OutputFile& file, const Brep& brep, const Triangulation& triangulation, bool triangles_only) {
-  const Faces& faces = brep.faces;
+void write_header(OutputFile& file) {
   file.write("# boxunion\n");
-  write_rows(file, brep.points.size(), [&](std::size_t i, fmt::memory_buffer& text) {
-    const Point& p = brep.points[i];
+}
+
+void write_points(OutputFile& file, std::span<const Point> points) {
+  write_rows(file, points.size(), [&](std::size_t i, fmt::memory_buffer& text) {
+    const Point& p = points[i];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("v {} {} {}\n"), p[0], p[1], p[2]);
   });
+}
+
+void write_faces(OutputFile& file, const Faces& faces, const Triangulation& triangulation,
+                 bool triangles_only) {
   const auto write_polygon = [](std::span<const std::uint32_t> polygon, fmt::memory_buffer& text) {
     text.push_back('f');
     for (const std::uint32_t point : polygon) {
@@ -38,12 +44,18 @@ void write(OutputFile& file, const Brep& brep, const Triangulation& triangulatio
 
 namespace off {
 
-void write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles) {
-  file.write(fmt::format("OFF\n{} {} 0\n", points.size(), triangles.size()));
+void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles) {
+  file.write(fmt::format("OFF\n{} {} 0\n", points, triangles));
+}
+
+void write_points(OutputFile& file, std::span<const Point> points) {
   write_rows(file, points.size(), [&](std::size_t i, fmt::memory_buffer& text) {
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{} {} {}\n"), points[i][0], points[i][1],
                    points[i][2]);
   });
+}
+
+void write_triangles(OutputFile& file, std::span<const Triangle> triangles) {
   write_rows(file, triangles.size(), [&](std::size_t i, fmt::memory_buffer& text) {
     const Triangle& t = triangles[i];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("3 {} {} {}\n"), t[0], t[1], t[2]);

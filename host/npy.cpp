@@ -204,10 +204,12 @@ void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices)
   }
 }
 
-void write_extreme_vertices(OutputFile& file, const Evm& evm) {
-  write_header(file, "'<f8'", fmt::format("({}, 3)", evm.vertices.size()));
-  for (std::size_t i = 0; i < evm.vertices.size(); ++i)
-    file.write_array(std::span<const double>(evm.coordinates(i)));
+void write_point_header(OutputFile& file, std::uint64_t count) {
+  write_header(file, "'<f8'", fmt::format("({}, 3)", count));
+}
+
+void write_point_rows(OutputFile& file, std::span<const Point> points) {
+  file.write_array(points);
 }
 
 void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels) {

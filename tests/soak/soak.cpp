@@ -1,5 +1,6 @@
 // Random jobs, each checked against the reference: boxes of many kinds and numbers, by a random way (method,
-// kernel, device, launch, sizes of cells, threads), some with a device that fails midway.
+// kernel, device, launch, sizes of cells, threads), some with a device that fails midway, some in slabs on
+// disk.
 //
 //   boxunion_soak [--jobs N] [--first SEED] [--native]
 //
@@ -13,17 +14,28 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <random>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/decomposition.hpp"
+#include "core/error.hpp"
 #include "core/evm.hpp"
 #include "core/triangulation.hpp"
+#include "host/boundary.hpp"
 #include "host/device.hpp"
 #include "host/engine.hpp"
+#include "host/external_boundary.hpp"
+#include "host/external_decomposition.hpp"
+#include "tests/boxes_in_memory.hpp"
 #include "tests/reference.hpp"
 
 namespace {
@@ -110,12 +122,23 @@ const std::vector<Kind>& kinds() {
   return all;
 }
 
+/// What is made of a union in slabs on disk, compared with the same from memory.
+struct Slabs {
+  std::uint64_t boxes;  // at most, of a slab
+  std::uint64_t bytes;  // of the budget
+  std::string file;     // what for: "" for mass properties
+  std::optional<BoxModel> model;
+  std::optional<AxisOrder> order;
+  NonManifold contacts;
+};
+
 struct Job {
   std::string boxes_name;
   BoxSet boxes;
   std::size_t count = 0;
   Options options;
   std::string failure;  // of the device
+  std::optional<Slabs> slabs;
 };
 
 BoxSet make_boxes(Random& random, Job& job) {
@@ -141,6 +164,21 @@ BoxSet make_boxes(Random& random, Job& job) {
 
 // ---- ways ----
 
+Slabs make_slabs(Random& random, const Job& job) {
+  Slabs slabs;
+  slabs.boxes = std::uint64_t(random.between(2, 2.0 * double(job.count)));
+  const bool lean = job.options.device == "native" && job.options.method == Method::cells && random.one_in(2);
+  slabs.bytes = lean ? 101 << 20 : std::uint64_t{2} << 30;
+  slabs.file = random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
+                                           "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl"});
+  if (job.count > 2000 && slabs.file == "oudb.npy") slabs.file = "cudb.npy";
+  if (slabs.file.starts_with("oudb")) slabs.model = BoxModel::oudb;
+  if (slabs.file.starts_with("cudb")) slabs.model = BoxModel::cudb;
+  if (!random.one_in(3)) slabs.order = kAxisOrders[std::size_t(random.below(6))];
+  slabs.contacts = random.one_in(2) ? NonManifold::split : NonManifold::keep;
+  return slabs;
+}
+
 Job make_job(std::uint64_t seed, const std::vector<std::string>& devices) {
   Random random(seed);
   Job job;
@@ -162,17 +200,22 @@ Job make_job(std::uint64_t seed, const std::vector<std::string>& devices) {
         "{}:{}",
         random.one_of<std::string>({"load", "allocate", "upload", "clear", "dispatch", "download", "wait"}),
         1 + random.below(8));
+  if (random.one_in(2)) job.slabs = make_slabs(random, job);
   return job;
 }
 
 std::string name(const Job& job) {
   const Options& o = job.options;
-  return fmt::format("{}; {} {} on {}, {} threads, {} of {}, tile {}, cell {}, cell boxes {}{}",
+  const std::string slabs =
+      job.slabs ? fmt::format("; slabs of {}, {} bytes, {}", job.slabs->boxes, job.slabs->bytes,
+                              job.slabs->file.empty() ? "mass" : job.slabs->file)
+                : "";
+  return fmt::format("{}; {} {} on {}, {} threads, {} of {}, tile {}, cell {}, cell boxes {}{}{}",
                      job.boxes_name, o.method == Method::slices ? "slices" : "cells",
                      o.kernel == CellKernel::faces ? "faces" : "occupancy", o.device, o.threads,
                      *o.tuning.shape == Shape::group ? "groups" : "items", o.tuning.workgroup,
                      o.tuning.tile_coordinates, o.tuning.cell, o.tuning.cell_boxes,
-                     job.failure.empty() ? "" : ", fails at " + job.failure);
+                     job.failure.empty() ? "" : ", fails at " + job.failure, slabs);
 }
 
 // ---- laws ----
@@ -185,6 +228,75 @@ bool is_closed(const Mesh& mesh) {
       --sides[{t[(i + 1) % 3], t[i]}];
     }
   return std::ranges::all_of(sides, [](const auto& side) { return side.second == 0; });
+}
+
+/// A folder that is removed with what is in it.
+class Folder {
+ public:
+  Folder() {
+    path_ = (std::filesystem::temp_directory_path() / "boxunion-soak-XXXXXX").string();
+    if (!::mkdtemp(path_.data())) throw std::runtime_error("cannot create " + path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  std::string read(const std::string& name) const {
+    std::ifstream stream(file(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+ private:
+  std::string path_;
+};
+
+/// Writes the file of a job from memory.
+void write_from_memory(const Solid& solid, const Slabs& slabs, OutputFile out) {
+  if (slabs.file.starts_with("vertices")) return write_vertices(solid, std::move(out));
+  if (slabs.file.starts_with("a.")) {
+    const Boundary boundary = find_boundary(solid, slabs.contacts, {});
+    write_mesh(boundary.brep, boundary.triangulation, false, std::move(out));
+    return;
+  }
+  Evm evm = make_evm(solid, slabs.order.value_or(kAxisOrders[0]));
+  if (!slabs.model) return write_extreme_vertices(evm, std::move(out));
+  if (!slabs.order)
+    for (const AxisOrder& order : kAxisOrders)
+      if (Evm other = make_evm(solid, order);
+          count_boxes(other, *slabs.model) < count_boxes(evm, *slabs.model))
+        evm = std::move(other);
+  write_boxes(to_boxes(decompose(evm, *slabs.model)), std::move(out));
+}
+
+/// The same in slabs: what is wrong, or nothing.
+std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid& solid,
+                         std::map<std::string, int>& done) try {
+  const Slabs& slabs = *job.slabs;
+  const Folder folder;
+  const BoxesInMemory file(job.boxes);
+  Report report;
+  ExternalUnion external(file, job.options, {slabs.bytes, folder.file(""), slabs.boxes}, report);
+  if (slabs.file.empty()) {
+    if (!(external.measure() == mass)) return "mass properties in slabs differ";
+    ++done["mass in slabs"];
+    return {};
+  }
+  const auto open = [&](const std::string& name) {
+    return open_output(folder.file(name), nullptr, kBoundaryFormats);
+  };
+  if (slabs.file.starts_with("vertices") || slabs.file.starts_with("a."))
+    write_boundary(external, slabs.contacts, false, open("slabs_" + slabs.file), report);
+  else
+    decompose(external, slabs.model, slabs.order, open("slabs_" + slabs.file), report);
+  write_from_memory(solid, slabs, open(slabs.file));
+  if (folder.read("slabs_" + slabs.file) != folder.read(slabs.file)) return "the file made in slabs differs";
+  ++done["files in slabs"];
+  return {};
+} catch (const Error& error) {
+  const bool too_deep = std::string_view(error.what()).find("no cut helps") != std::string_view::npos;
+  if (error.kind() != ErrorKind::resources || !(too_deep || job.slabs->bytes < 1 << 30)) return error.what();
+  ++done["did not fit in slabs"];
+  return {};
 }
 
 /// What is wrong, or nothing.
@@ -224,6 +336,7 @@ std::string run(Job& job, std::map<std::string, int>& done) {
         make_evm(solid, {0, 1, 2}).vertices)
       return "disjoint boxes do not give the extreme vertices back";
   }
+  if (job.slabs) return run_in_slabs(job, mass, solid, done);
   return {};
 }
 

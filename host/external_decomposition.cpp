@@ -1,0 +1,223 @@
+#include "host/external_decomposition.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/box_sweep.hpp"
+#include "core/error.hpp"
+#include "core/octants.hpp"
+#include "host/sorted_runs.hpp"
+#include "host/stopwatch.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr std::size_t kBlock = 1 << 14;  // records to write at once
+
+/// A box on disk, its corners in the order of the axes.
+template <class C>
+struct BoxRecord {
+  OrderedPoint<3, C> lo, hi;
+
+  friend bool operator<(const BoxRecord& a, const BoxRecord& b) { return a.lo < b.lo; }
+};
+
+template <class C>
+class Decomposer {
+ public:
+  Decomposer(ExternalUnion& solid, std::optional<BoxModel> model, Report& report)
+      : solid_(solid), model_(model), report_(report) {}
+
+  ExternalModel run(const std::optional<AxisOrder>& wanted, std::optional<OutputFile> file) {
+    ExternalModel result;
+    result.order = wanted.value_or(kAxisOrders[0]);
+    std::unique_ptr<Corners> points = find_points(result.order);
+    Stopwatch watch(report_);
+    std::optional<std::uint64_t> count;
+    if (!model_)
+      count = points->count();
+    else if (!wanted)
+      std::tie(result.order, count) = choose_order(points);
+    watch.lap("evm");
+    if (!count && (!file || model_ == BoxModel::oudb)) count = count_boxes(*points, result.order);
+    if (!file) {
+      result.elements = *count;
+    } else {
+      result.elements = write(*points, result.order, count, *file);
+      file->commit();
+    }
+    watch.lap(model_ ? "boxes" : "merge and write");
+    watch.total();
+    return result;
+  }
+
+ private:
+  using Corner = OrderedPoint<3, C>;
+  using Corners = SortedRuns<Corner>;
+  using Record = BoxRecord<C>;
+
+  /// The extreme vertices, in order.
+  std::unique_ptr<Corners> find_points(const AxisOrder& order) {
+    const std::uint64_t half = solid_.bytes() / 2;
+    auto points = std::make_unique<Corners>(half, thread_count(), solid_.scratch_file());
+    solid_.unite<C>(half, [&](std::span<const ExternalVertex<C>> vertices) {
+      std::vector<Corner> extreme;
+      for (const ExternalVertex<C>& v : vertices)
+        if (kOctants[v.mask].extreme) extreme.push_back({v.at[order[0]], v.at[order[1]], v.at[order[2]]});
+      points->add(extreme);
+    });
+    return points;
+  }
+
+  std::unique_ptr<Corners> reorder(Corners& points, const AxisOrder& from, const AxisOrder& to) {
+    std::array<std::size_t, 3> place{};  // of each new axis in the old order
+    for (std::size_t i = 0; i < 3; ++i)
+      place[i] = std::size_t(std::find(from.begin(), from.end(), to[i]) - from.begin());
+    auto result = std::make_unique<Corners>(solid_.bytes() / 2, 1, solid_.scratch_file());
+    std::vector<Corner> moved;
+    points.merge(solid_.bytes() / 4, [&](std::span<const Corner> block) {
+      moved.clear();
+      for (const Corner& p : block) moved.push_back({p[place[0]], p[place[1]], p[place[2]]});
+      result->add(moved);
+    });
+    return result;
+  }
+
+  /// Puts `points`, in the first order, into that which gives the fewest boxes; returns it and their number.
+  std::pair<AxisOrder, std::uint64_t> choose_order(std::unique_ptr<Corners>& points) {
+    std::pair best(kAxisOrders[0], count_boxes(*points, kAxisOrders[0]));
+    std::unique_ptr<Corners> best_points;
+    for (const AxisOrder& order : std::span(kAxisOrders).subspan(1)) {
+      std::unique_ptr<Corners> candidate = reorder(*points, kAxisOrders[0], order);
+      const std::uint64_t count = count_boxes(*candidate, order);
+      if (count >= best.second) continue;
+      best = {order, count};
+      best_points = std::move(candidate);
+    }
+    if (best_points) points = std::move(best_points);
+    return best;
+  }
+
+  /// Calls add(low corner, high corner) for every box: of the OUDB in order, of the CUDB as they end.
+  template <class Add>
+  void sweep(Corners& points, const AxisOrder& order, Add&& add) {
+    if (model_ == BoxModel::oudb)
+      sweep(OudbSweep<C>(), points, order, add);
+    else
+      sweep(CudbSweep<C>(), points, order, add);
+  }
+  template <class Sweep, class Add>
+  void sweep(Sweep sweep, Corners& points, const AxisOrder& order, Add& add) {
+    constexpr std::uint64_t kVertexBytes = sizeof(OrderedPoint<2, C>) + Sweep::kVertexBytes;
+    const std::uint64_t half = solid_.bytes() / 2;
+    ExtremeVertices<2, C> plane;
+    std::uint64_t count = 0, most = half / kVertexBytes;  // vertices of the plane, and how many fit
+    C a = 0;
+    const auto pass = [&] {
+      if (count > most) throw_too_large(count * kVertexBytes + sweep.bytes(), order);
+      sweep.pass(plane, a, add);
+      plane.clear();
+      count = 0;
+      most = half <= sweep.bytes() ? 0 : (half - sweep.bytes()) / kVertexBytes;
+    };
+    points.merge(solid_.bytes() / 8, [&](std::span<const Corner> block) {
+      for (const Corner& p : block) {
+        if (count > 0 && p[0] != a) pass();
+        a = p[0];
+        ++count;
+        if (count <= most) plane.push_back({p[1], p[2]});
+      }
+    });
+    if (count > 0) pass();
+  }
+
+  [[noreturn]] void throw_too_large(std::uint64_t bytes, const AxisOrder& order) const {
+    throw Error(ErrorKind::resources,
+                fmt::format("a section of the sweep along {} does not fit the budget: expected --memory of "
+                            "at least {} MiB",
+                            "xyz"[order[0]], (solid_.budget_for(2 * bytes) >> 20) + 1));
+  }
+
+  std::uint64_t count_boxes(Corners& points, const AxisOrder& order) {
+    std::uint64_t count = 0;
+    sweep(points, order, [&](const Corner&, const Corner&) { ++count; });
+    return count;
+  }
+
+  /// Writes the elements and returns how many these are; `count` is known beforehand but for the CUDB.
+  std::uint64_t write(Corners& points, const AxisOrder& order, std::optional<std::uint64_t> count,
+                      OutputFile& file) {
+    if (!model_) {
+      PointWriter writer(file, *count);
+      std::vector<Point> block;
+      points.merge(solid_.bytes() / 2, [&](std::span<const Corner> some) {
+        block.resize(some.size());
+        for (std::size_t i = 0; i < some.size(); ++i)
+          for (std::size_t k = 0; k < 3; ++k) block[i][order[k]] = coordinate(order[k], some[i][k]);
+        writer.write(block);
+      });
+      return *count;
+    }
+    // boxes are integers where those from memory are, also if there are none
+    const bool integers =
+        (std::is_same_v<C, std::uint32_t> || points.count() == 0) && hold_int32(solid_.axes());
+    return integers ? write_boxes<std::int32_t>(points, order, count, file)
+                    : write_boxes<double>(points, order, count, file);
+  }
+
+  template <class T>
+  std::uint64_t write_boxes(Corners& points, const AxisOrder& order, std::optional<std::uint64_t> count,
+                            OutputFile& file) {
+    std::vector<BoxOf<T>> block;
+    const auto put = [&](BoxWriter<T>& writer, const Corner& lo, const Corner& hi) {
+      BoxOf<T>& box = block.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        box[order[k]] = T(coordinate(order[k], lo[k]));
+        box[order[k] + 3u] = T(coordinate(order[k], hi[k]));
+      }
+      if (block.size() < kBlock) return;
+      writer.write(block);
+      block.clear();
+    };
+    if (model_ == BoxModel::oudb) {
+      BoxWriter<T> writer(file, *count);
+      sweep(points, order, [&](const Corner& lo, const Corner& hi) { put(writer, lo, hi); });
+      writer.write(block);
+      return *count;
+    }
+    SortedRuns<Record> boxes(solid_.bytes() / 4, 1, solid_.scratch_file());
+    sweep(points, order, [&](const Corner& lo, const Corner& hi) { boxes.add(Record{lo, hi}); });
+    BoxWriter<T> writer(file, boxes.count());
+    boxes.merge(solid_.bytes() / 4, [&](std::span<const Record> some) {
+      for (const Record& box : some) put(writer, box.lo, box.hi);
+    });
+    writer.write(block);
+    return boxes.count();
+  }
+
+  double coordinate(std::size_t axis, C c) const { return external_coordinate(solid_.axes()[axis], c); }
+
+  ExternalUnion& solid_;
+  std::optional<BoxModel> model_;
+  Report& report_;
+};
+
+}  // namespace
+
+ExternalModel decompose(ExternalUnion& solid, std::optional<BoxModel> model,
+                        const std::optional<AxisOrder>& order, std::optional<OutputFile> file,
+                        Report& report) {
+  ExternalModel result;
+  solid.with_coordinates(
+      [&]<class C>(C) { result = Decomposer<C>(solid, model, report).run(order, std::move(file)); });
+  return result;
+}
+
+}  // namespace boxunion

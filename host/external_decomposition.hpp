@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/decomposition.hpp"
+#include "core/evm.hpp"
+#include "host/external_union.hpp"
+#include "host/files.hpp"
+
+namespace boxunion {
+
+/// What was made of a solid.
+struct ExternalModel {
+  AxisOrder order{};
+  std::uint64_t elements = 0;  ///< boxes or extreme vertices
+};
+
+/// Makes the disjoint boxes of a solid that does not fit memory, or its extreme vertices if there is no
+/// `model`, and writes and commits them to `file` if there is one: the same bytes as from memory.
+///
+/// The order is the given one, or that with the fewest elements, of equals the first. Extreme vertices are
+/// sorted on disk and swept; in memory are only a plane of them and the section behind it. Throws as
+/// ExternalUnion::measure does, and Error(resources), which says how much it takes, where these do not fit.
+ExternalModel decompose(ExternalUnion& solid, std::optional<BoxModel> model,
+                        const std::optional<AxisOrder>& order, std::optional<OutputFile> file,
+                        Report& report);
+
+}  // namespace boxunion
