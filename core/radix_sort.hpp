@@ -51,7 +51,7 @@ class RadixSort {
   }
 
  private:
-  static constexpr std::size_t kChunk = 1 << 16;  // elements for a thread
+  static constexpr std::size_t kChunk = 1 << 14;  // elements for a thread
   static constexpr std::size_t kMaxChunks = 64;
   static constexpr int kMaxDigit = 8;  // bits
 

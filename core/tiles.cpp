@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -11,7 +12,9 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kBoxesPerTile = 2000;  // keeps a tile's boxes in cache and its sweeps narrow
+// So many boxes a tile keep them in cache and its sweeps narrow; of few boxes there are still tiles for
+// several threads.
+constexpr double kMostInTile = 2000, kLeastInTile = 250, kLeastTiles = 8;
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
@@ -56,7 +59,14 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   };
   count_tiles();
   plan.touched = touched(plan.log_edge);
-  while (n / kBoxesPerTile > plan.count() && 2 * plan.count() <= kMostTiles) {
+  const double wanted = std::clamp(double(n) / kLeastTiles, kLeastInTile, kMostInTile);
+  const auto in_full_tile = [&] {  // boxes of one that lies within the region, on average
+    double boxes = double(n);
+    for (int a = 0; a < 3; ++a)
+      boxes *= std::min(1.0, std::ldexp(1.0, plan.log_edge[a]) / double(region.hi[a] - region.lo[a]));
+    return boxes;
+  };
+  while (in_full_tile() > wanted && 2 * plan.count() <= kMostTiles) {
     // halve the axis that duplicates the fewest boxes
     int best = -1;
     double best_touched = 0;
