@@ -105,7 +105,7 @@ Array<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes) {
 }
 
 Array<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
-                                         const Combination& combination) {
+                                   const Combination& combination) {
   const auto [boxes, bit] = Flat<OrdinalBox>(sets);
   const Grid<std::uint32_t> grid(bit, combination, [&boxes = boxes](std::size_t i, unsigned corner) {
     return corner < 3 ? boxes[i].lo[corner] : boxes[i].hi[corner - 3];

@@ -25,7 +25,7 @@ using Combination = std::function<bool(std::uint64_t sets)>;
 Array<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes);
 /// The same for a combination of at most 64 sets.
 Array<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
-                                         const Combination& combination);
+                                   const Combination& combination);
 
 /// The mass properties of the union from the voxels, voxel faces and voxel edges of the grid through all box
 /// faces, in rational numbers, each rounded once.
