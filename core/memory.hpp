@@ -1,8 +1,5 @@
 #pragma once
 
-#include <sys/mman.h>
-#include <tbb/scalable_allocator.h>
-
 #include <cstddef>
 #include <new>
 #include <stdexcept>
@@ -33,14 +30,11 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
   }
 }
 
-// Sanitizers know nothing of oneTBB's allocator, so built with one everything comes from the language's.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define BOXUNION_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define BOXUNION_SANITIZED
-#endif
-#endif
+namespace detail {
+/// Memory for large arrays and back; see ArrayAllocator. Throws std::bad_alloc.
+void* allocate_array(std::size_t bytes);
+void deallocate_array(void* memory, std::size_t bytes);
+}  // namespace detail
 
 /// An allocator for arrays of numbers. New elements keep whatever their memory holds. Memory in small pages
 /// takes longer to get from the system than to fill, so arrays of middle size come from oneTBB's allocator,
@@ -57,21 +51,9 @@ class ArrayAllocator {
 
   T* allocate(std::size_t n) {
     if (n > std::size_t(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
-    std::size_t bytes = n * sizeof(T);
-    if (bytes < kHugePage / 2) return static_cast<T*>(allocate_some(bytes));
-    bytes = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-    void* const memory = ::operator new(bytes, std::align_val_t(kHugePage));
-#ifdef MADV_HUGEPAGE
-    ::madvise(memory, bytes, MADV_HUGEPAGE);  // no harm if it fails
-#endif
-    return static_cast<T*>(memory);
+    return static_cast<T*>(detail::allocate_array(n * sizeof(T)));
   }
-  void deallocate(T* memory, std::size_t n) {
-    if (n * sizeof(T) < kHugePage / 2)
-      deallocate_some(memory);
-    else
-      ::operator delete(memory, std::align_val_t(kHugePage));
-  }
+  void deallocate(T* memory, std::size_t n) { detail::deallocate_array(memory, n * sizeof(T)); }
 
   template <class U>
   void construct(U* place) {
@@ -81,30 +63,7 @@ class ArrayAllocator {
   void construct(U* place, Arguments&&... arguments) {
     ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
   }
-  friend bool operator==(const ArrayAllocator&, const ArrayAllocator&) {
-    return true;
-  }
-
- private:
-  static constexpr std::size_t kHugePage = std::size_t{1} << 21;
-
-#ifdef BOXUNION_SANITIZED
-  static void* allocate_some(std::size_t bytes) {
-    return ::operator new(bytes);
-  }
-  static void deallocate_some(void* memory) {
-    ::operator delete(memory);
-  }
-#else
-  static void* allocate_some(std::size_t bytes) {
-    void* const memory = scalable_malloc(bytes);
-    if (!memory) throw std::bad_alloc();
-    return memory;
-  }
-  static void deallocate_some(void* memory) {
-    scalable_free(memory);
-  }
-#endif
+  friend bool operator==(const ArrayAllocator&, const ArrayAllocator&) { return true; }
 };
 
 /// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
