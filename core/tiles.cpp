@@ -14,7 +14,7 @@ namespace {
 
 // So many boxes a tile keep them in cache and its sweeps narrow; of few boxes there are still tiles for
 // several threads.
-constexpr double kMostInTile = 2000, kLeastInTile = 250, kLeastTiles = 8;
+constexpr double kMostInTile = 2000, kLeastInTile = 1000, kLeastTiles = 8;
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
