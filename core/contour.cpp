@@ -201,7 +201,7 @@ std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const 
   const Grid grid = make_grid(all, axes);
   const Strips strips(all, grid.strips);
   const std::size_t grain = std::max(kGrain * strips.size() / all.size(), std::size_t{1});
-  all = {};
+  all = Array<OrdinalRectangle>();  // {} would keep the memory
   PerThread<StripContour> finders(StripContour(grid.columns));
   std::vector<Array<ContourVertex>> parts(strips.size());
   parallel_ranges(0, strips.size(), grain, [&](std::size_t begin, std::size_t end) {

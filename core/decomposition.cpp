@@ -118,7 +118,7 @@ void join_parts(std::vector<Part> parts, std::vector<OrdinalBox>& boxes) {
     for (std::uint32_t& box : part.open) box = box < part.inherited ? open[box] : std::uint32_t(box + shift);
     open = std::move(part.open);
     boxes.insert(boxes.end(), part.boxes.begin() + std::ptrdiff_t(part.inherited), part.boxes.end());
-    part.boxes = {};
+    part.boxes = std::vector<OrdinalBox>();  // {} would keep the memory
   }
 }
 

@@ -107,7 +107,9 @@ class PlaneColumns {
 
 /// How many chunks of edges an axis is worth.
 inline std::size_t edge_chunks(const Planes& planes) {
-  return std::clamp(planes[0].vertices.size() / 4096, std::size_t{1}, std::size_t{64});
+  std::size_t vertices = 0;
+  for (const PlaneOrder& order : planes) vertices = std::max(vertices, order.vertices.size());
+  return std::clamp(vertices / 4096, std::size_t{1}, std::size_t{64});
 }
 
 /// Calls f(chunk, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in

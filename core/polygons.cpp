@@ -1,10 +1,10 @@
 #include "core/polygons.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
