@@ -12,9 +12,8 @@
 namespace boxunion {
 namespace {
 
-// So many boxes a tile keep them in cache and its sweeps narrow; of few boxes there are still tiles for
-// several threads.
-constexpr double kMostInTile = 2000, kLeastInTile = 1000, kLeastTiles = 8;
+constexpr double kMostInTile = 2000;  // so many boxes stay in cache, and sweeps over them are narrow
+constexpr double kEnoughTiles = 8;    // for several threads
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
@@ -23,14 +22,15 @@ constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
 }  // namespace
 
 TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
-                              const std::array<std::uint32_t, 3>& counts, int max_log_edge) {
-  Plan whole = plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge);
+                              const std::array<std::uint32_t, 3>& counts, int max_log_edge,
+                              std::size_t least) {
+  Plan whole = plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge, least);
   whole.end.fill(Axis::kOrdinalMax);  // nothing lies beyond
   return whole;
 }
 
 TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const OrdinalBox& region,
-                              int max_log_edge) {
+                              int max_log_edge, std::size_t least) {
   Plan plan;
   plan.end = region.hi;
   for (int a = 0; a < 3; ++a)
@@ -59,7 +59,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   };
   count_tiles();
   plan.touched = touched(plan.log_edge);
-  const double wanted = std::clamp(double(n) / kLeastTiles, kLeastInTile, kMostInTile);
+  const double wanted = std::clamp(double(n) / kEnoughTiles, double(least), kMostInTile);
   const auto in_full_tile = [&] {  // boxes of one that lies within the region, on average
     double boxes = double(n);
     for (int a = 0; a < 3; ++a)

@@ -53,13 +53,14 @@ class TileGrid {
   };
 
   /// Chooses tiles for ordinals 1 .. counts[a]: as many as keep a tile's boxes in cache, with edges of at
-  /// most 2^max_log_edge ordinals.
+  /// most 2^max_log_edge ordinals; of few boxes enough for several threads, if a tile still has `least`.
   /// The boxes are those of all sources, for each of which a grid may then be made.
   static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
-                   int max_log_edge);
+                   int max_log_edge, std::size_t least);
   /// The same for the points lo <= p < hi of a region only; lo must be a multiple of 2^max_log_edge, and no
   /// box reach further than from lo - 1 to hi.
-  static Plan plan(std::span<const OrdinalSource> sources, const OrdinalBox& region, int max_log_edge);
+  static Plan plan(std::span<const OrdinalSource> sources, const OrdinalBox& region, int max_log_edge,
+                   std::size_t least);
 
   /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
   /// becomes true.

@@ -21,6 +21,8 @@ constexpr int kSumsLogEdge = kRegionLogEdge;        // a tile of this edge has s
 constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
 constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
+// Boxes of a tile where boxes are few. On a device more: lavapipe stops the loops of larger cells.
+constexpr std::size_t kLeastInTile = 1000, kLeastInNativeTile = 250;
 
 /// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
 /// grid over them would be nearly empty.
@@ -79,13 +81,12 @@ class CellRunner {
     return batch;
   }
 
-  void run() {
-    std::unique_ptr<Device> device = open_device(options_.device);
-    report_.device = device->info().id;
+  void run(Device& device) {
+    report_.device = device.info().id;
     std::size_t tile = 0;
     if (report_.device != "native") {
       try {
-        CellStage stages[2] = {{*device, options_, sink_}, {*device, options_, sink_}};
+        CellStage stages[2] = {{device, options_, sink_}, {device, options_, sink_}};
         run_on_device(stages, tile);
       } catch (const Error& error) {
         fall_back(error, report_.device, options_);
@@ -227,10 +228,12 @@ bool can_be_tiled(const OrdinalBox& region) {
   return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kSumsLogEdge) == 0; });
 }
 
-/// Makes the grid of combine_by_cells and calls f(CellRunner).
+/// Makes the grid of combine_by_cells, with at least so many boxes in a tile if it may, and calls
+/// f(CellRunner).
 template <class F>
 void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                const Options& options, VertexSink* vertices, MassSink* mass, Report& report, F&& f) {
+                const Options& options, std::size_t least_in_tile, VertexSink* vertices, MassSink* mass,
+                Report& report, F&& f) {
   report.method = "cells";
   report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
   const bool programs = !expression.is_union();
@@ -271,13 +274,13 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
   std::optional<Positions> positions;
   if (mass && lattice && options.kernel == CellKernel::occupancy &&
       (!ordinals.region || can_be_tiled(*ordinals.region))) {
-    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kSumsLogEdge)
-                           : TileGrid::plan(sources, counts, kSumsLogEdge);
+    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kSumsLogEdge, least_in_tile)
+                           : TileGrid::plan(sources, counts, kSumsLogEdge, least_in_tile);
     // the caller answers for a region, which must not depend on the boxes there
     if (ordinals.region || (!too_many_tiles(plan) && plan.touched < 3)) cells.sums = mass;
   }
   if (!cells.sums) {
-    plan = TileGrid::plan(sources, counts, kPackedLogEdge);
+    plan = TileGrid::plan(sources, counts, kPackedLogEdge, least_in_tile);
     if (too_many_tiles(plan)) {
       std::array<bool, 3> wide;
       for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes;
@@ -287,7 +290,7 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
         if (wide[a]) counts[a] = positions->count(a);
       cells.vertices = &*positions;
       use_kept();
-      plan = TileGrid::plan(sources, counts, kPackedLogEdge);
+      plan = TileGrid::plan(sources, counts, kPackedLogEdge, least_in_tile);
     }
   }
   watch.lap("plan");
@@ -307,15 +310,17 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
 
 void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
                       const Options& options, VertexSink* vertices, MassSink* mass, Report& report) {
-  with_cells(expression, sets, std::move(ordinals), options, vertices, mass, report,
-             [](CellRunner& runner) { runner.run(); });
+  const std::unique_ptr<Device> device = open_device(options.device);
+  const std::size_t least = device->info().id == "native" ? kLeastInNativeTile : kLeastInTile;
+  with_cells(expression, sets, std::move(ordinals), options, least, vertices, mass, report,
+             [&](CellRunner& runner) { runner.run(*device); });
 }
 
 CellBatch cut_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
                     const Options& options, VertexSink* vertices, MassSink* mass) {
   CellBatch batch;
   Report report;
-  with_cells(expression, sets, std::move(ordinals), options, vertices, mass, report,
+  with_cells(expression, sets, std::move(ordinals), options, kLeastInTile, vertices, mass, report,
              [&](CellRunner& runner) { batch = runner.cut_all(); });
   return batch;
 }
