@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
@@ -90,11 +91,6 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
       interrupted_(interrupted),
       chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
   first_index_ = index(plan.first[0], plan.first[1], plan.first[2]);
-  const auto each_chunk = [&](auto&& f) {
-    parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; ++c) f(chunks_[c]);
-    });
-  };
   for (std::size_t c = 0; c < chunks_.size(); ++c) {
     chunks_[c].begin = source.size() * c / chunks_.size();
     chunks_[c].end = source.size() * (c + 1) / chunks_.size();
@@ -102,15 +98,16 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
   // no more than half of a share may be empty, so small shares have small blocks
   const double share = double(source.size()) * plan.touched / double(plan.count() * chunks_.size());
   block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
-  each_chunk([&](Chunk& chunk) { survey(source, chunk); });
+  covered_.assign(size(), 0);
+  parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) scatter(source, chunks_[c]);
+  });
   bounds_ = chunks_[0].bounds;
   for (const Chunk& chunk : chunks_)
     for (int a = 0; a < 3; ++a) {
       bounds_.lo[a] = std::min(bounds_.lo[a], chunk.bounds.lo[a]);
       bounds_.hi[a] = std::max(bounds_.hi[a], chunk.bounds.hi[a]);
     }
-  mark_covered();
-  each_chunk([&](Chunk& chunk) { scatter(source, chunk); });
   collect_pieces();
 }
 
@@ -137,73 +134,52 @@ void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) cons
   }
 }
 
-/// Notes a chunk's bounds and the boxes that cover tiles.
-void TileGrid::survey(const OrdinalSource& source, Chunk& chunk) const {
-  OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
-  const std::array<std::uint32_t, 3> edges = full_edge();
-  read(source, chunk, [&](const OrdinalBox& box) {
-    for (int a = 0; a < 3; ++a) {
-      bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
-      bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
-    }
-    if (box.hi[0] - box.lo[0] > edges[0] && box.hi[1] - box.lo[1] > edges[1] &&
-        box.hi[2] - box.lo[2] > edges[2])
-      chunk.wide.push_back(touched(box));
-  });
-  chunk.bounds = bounds;
-}
-
-/// Marks the tiles that one box covers (UNION3, section 4, step 3a).
-void TileGrid::mark_covered() {
-  for (const Chunk& chunk : chunks_)
-    for (const TileRange& range : chunk.wide) {
-      const auto first = [&](int a) { return std::max(range.from[a] + 1, plan_.first[a]); };
-      const auto end = [&](int a) { return std::min(range.to[a], plan_.first[a] + plan_.tiles[a]); };
-      for (std::uint32_t z = first(2); z < end(2); ++z)
-        for (std::uint32_t y = first(1); y < end(1); ++y)
-          for (std::uint32_t x = first(0); x < end(0); ++x) {
-            if (covered_.empty()) covered_.assign(size(), 0);
-            covered_[index(x, y, z)] = 1;
-          }
-    }
-}
-
-/// Puts a chunk's boxes into its shares of the tiles.
-void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) const {
+/// Puts a chunk's boxes into its shares of the tiles, and notes their bounds.
+void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
   chunk.shares.resize(size());
+  OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
   const std::array<std::uint32_t, 3> edges = full_edge();
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
     std::uint32_t across = 0;  // borders of tiles
     std::array<std::uint32_t, 3> at;
     for (int a = 0; a < 3; ++a) {
+      bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
+      bounds.hi[a] = std::max(bounds.hi[a], box.hi[a]);
       at[a] = box.lo[a] >> plan_.log_edge[a];
       across |= at[a] ^ box.hi[a] >> plan_.log_edge[a];
     }
     if (across) [[unlikely]]
       return scatter_wide(box, chunk);
-    const std::size_t tile = index(at[0], at[1], at[2]);
-    if (covered(tile)) return;
     const auto within = [&](const std::array<std::uint32_t, 3>& p) {
       return packed::pack(p[0] & (edges[0] - 1), p[1] & (edges[1] - 1), p[2] & (edges[2] - 1)) + ones;
     };
-    put(chunk, tile, {within(box.lo), within(box.hi)});
+    put(chunk, index(at[0], at[1], at[2]), {within(box.lo), within(box.hi)});
   });
+  put_pending(chunk);
+  chunk.bounds = bounds;
 }
 
-/// The same of a box that touches several tiles.
-void TileGrid::scatter_wide(OrdinalBox box, Chunk& chunk) const {
-  TileRange range = touched(box);
+/// The same of a box that touches several tiles. It marks those that it covers (UNION3, section 4, step 3a).
+void TileGrid::scatter_wide(const OrdinalBox& box, Chunk& chunk) {
+  const TileRange all = touched(box);
+  TileRange range = all;
   const std::array<std::uint32_t, 3> edges = full_edge();
   for (int a = 0; a < 3; ++a) {
     range.from[a] = std::max(range.from[a], plan_.first[a]);
     range.to[a] = std::min(range.to[a], plan_.first[a] + plan_.tiles[a] - 1);
   }
+  const auto inside = [&](std::uint32_t at, int a) { return all.from[a] < at && at < all.to[a]; };
   for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
     for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)
       for (std::uint32_t x = range.from[0]; x <= range.to[0]; ++x) {
         const std::size_t tile = index(x, y, z);
-        if (covered(tile)) continue;
+        const std::atomic_ref covered(covered_[tile]);
+        if (covered.load(std::memory_order_relaxed)) continue;
+        if (inside(x, 0) && inside(y, 1) && inside(z, 2)) {
+          covered.store(1, std::memory_order_relaxed);
+          continue;
+        }
         const std::array<std::uint32_t, 3> at{x, y, z};
         std::array<std::uint32_t, 3> lo, hi;
         for (int a = 0; a < 3; ++a) {
@@ -213,6 +189,20 @@ void TileGrid::scatter_wide(OrdinalBox box, Chunk& chunk) const {
         }
         put(chunk, tile, {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])});
       }
+}
+
+void TileGrid::put_pending(Chunk& chunk) const {
+  const std::size_t n = std::exchange(chunk.pending_count, 0);
+  std::array<PackedBox*, kPending> places;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t tile = chunk.pending[i].tile;
+    Share& share = chunk.shares[tile];
+    const std::uint32_t place = share.count++ & (block_ - 1);
+    if (place == 0) add_block(chunk, tile);
+    places[i] = share.last + place;
+    __builtin_prefetch(places[i], 1);
+  }
+  for (std::size_t i = 0; i < n; ++i) *places[i] = chunk.pending[i].box;
 }
 
 /// Gives the chunk's share of a tile an empty block. The first slab of blocks is meant to be enough.
@@ -235,11 +225,12 @@ void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
 void TileGrid::collect_pieces() {
   first_.assign(size() + 2, 0);
   for (const Chunk& chunk : chunks_)
-    for (const auto& [block, tile] : chunk.blocks) ++first_[tile + 2];
+    for (const auto& [block, tile] : chunk.blocks) first_[tile + 2] += !covered_[tile];
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   pieces_.resize(first_.back());
   for (const Chunk& chunk : chunks_)
     for (const auto& [block, tile] : chunk.blocks) {
+      if (covered_[tile]) continue;
       const Share& share = chunk.shares[tile];
       pieces_[first_[tile + 1]++] = {block,
                                      block == share.last ? ((share.count - 1) & (block_ - 1)) + 1 : block_};
@@ -252,10 +243,6 @@ std::array<std::uint32_t, 3> TileGrid::corner(std::size_t tile) const {
   return {(plan_.first[0] + std::uint32_t(x)) << plan_.log_edge[0],
           (plan_.first[1] + std::uint32_t(y)) << plan_.log_edge[1],
           (plan_.first[2] + std::uint32_t(z)) << plan_.log_edge[2]};
-}
-
-std::array<std::uint32_t, 3> TileGrid::full_edge() const {
-  return {1u << plan_.log_edge[0], 1u << plan_.log_edge[1], 1u << plan_.log_edge[2]};
 }
 
 std::array<std::uint32_t, 3> TileGrid::edge(std::size_t tile) const {

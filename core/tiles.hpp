@@ -71,7 +71,7 @@ class TileGrid {
   std::size_t count(std::size_t tile) const;
   /// Appends the boxes of a tile, in an order that does not depend on threads.
   void gather(std::size_t tile, std::vector<PackedBox>& boxes) const;
-  bool covered(std::size_t tile) const { return !covered_.empty() && covered_[tile]; }
+  bool covered(std::size_t tile) const { return covered_[tile]; }
   /// Ordinal of the tile's low corner.
   std::array<std::uint32_t, 3> corner(std::size_t tile) const;
   std::array<std::uint32_t, 3> edge(std::size_t tile) const;
@@ -91,21 +91,30 @@ class TileGrid {
   };
   /// Boxes of a tile that lie together in memory.
   using Piece = std::span<const PackedBox>;
+  /// A box on its way into a tile. So many go at once that fetching the tiles' memory takes the time of one.
+  struct Pending {
+    PackedBox box;
+    std::uint32_t tile;
+  };
+  static constexpr std::size_t kPending = 128;
   /// A range of the input, worked on by one thread, and what it puts into the tiles.
   struct Chunk {
     std::size_t begin = 0, end = 0;
     OrdinalBox bounds;
-    std::vector<TileRange> wide;  // of boxes that cover tiles: those between the first and the last
-    std::vector<Share> shares;    // by tile
+    std::vector<Share> shares;                                 // by tile
     std::vector<std::pair<PackedBox*, std::uint32_t>> blocks;  // and their tiles
     std::vector<Array<PackedBox>> slabs;                       // memory of the blocks
     std::size_t used = 0;                                      // boxes of the last slab
+    std::array<Pending, kPending> pending;
+    std::size_t pending_count = 0;
   };
 
   std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     return (std::size_t{z} * plan_.tiles[1] + y) * plan_.tiles[0] + x - first_index_;
   }
-  std::array<std::uint32_t, 3> full_edge() const;
+  std::array<std::uint32_t, 3> full_edge() const {
+    return {1u << plan_.log_edge[0], 1u << plan_.log_edge[1], 1u << plan_.log_edge[2]};
+  }
   TileRange touched(const OrdinalBox& box) const {
     TileRange range;
     for (int a = 0; a < 3; ++a) {
@@ -116,16 +125,14 @@ class TileGrid {
   }
   template <class F>
   void read(const OrdinalSource& source, const Chunk& chunk, F&& f) const;
-  void survey(const OrdinalSource& source, Chunk& chunk) const;
-  void mark_covered();
   void put(Chunk& chunk, std::size_t tile, const PackedBox& box) const {
-    Share& share = chunk.shares[tile];
-    const std::uint32_t place = share.count++ & (block_ - 1);
-    if (place == 0) add_block(chunk, tile);
-    share.last[place] = box;
+    __builtin_prefetch(&chunk.shares[tile], 1);
+    chunk.pending[chunk.pending_count++] = {box, std::uint32_t(tile)};
+    if (chunk.pending_count == kPending) put_pending(chunk);
   }
-  void scatter(const OrdinalSource& source, Chunk& chunk) const;
-  void scatter_wide(OrdinalBox box, Chunk& chunk) const;
+  void put_pending(Chunk& chunk) const;
+  void scatter(const OrdinalSource& source, Chunk& chunk);
+  void scatter_wide(const OrdinalBox& box, Chunk& chunk);
   void add_block(Chunk& chunk, std::size_t tile) const;
   void collect_pieces();
 
@@ -134,7 +141,7 @@ class TileGrid {
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
   std::uint32_t block_ = 0;            // boxes of a block, a power of two
-  std::vector<std::uint8_t> covered_;  // by tile; empty if none is
+  std::vector<std::uint8_t> covered_;  // by tile
   std::vector<std::size_t> first_;     // piece of a tile
   std::vector<Piece> pieces_;          // by tile
   OrdinalBox bounds_;
