@@ -8,8 +8,9 @@ namespace boxunion {
 namespace {
 
 constexpr std::uint32_t kGuards = 1u << 31 | 1u << 15;
-constexpr std::uint32_t kLanes = 4;  // boxes compared at a time
-using Lanes [[gnu::vector_size(16)]] = std::uint32_t;
+using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // of boxes compared at a time
+using Lanes8 [[gnu::vector_size(32)]] = std::uint32_t;
+constexpr std::uint32_t kMostLanes = 8;
 constexpr std::uint64_t kMostCompared = 64;   // per box, on average
 constexpr std::uint32_t kFirst = 512;         // if of the first ones ...
 constexpr std::uint32_t kMostTouching = 384;  // ... more than these touch a later one, the sweep gives up
@@ -20,14 +21,23 @@ std::uint32_t pack_yz(std::uint64_t corner, int shift) {
          (std::uint32_t(corner >> (2 * packed::kBits + 2 - 16 + shift)) & 0x7fff0000u);
 }
 
-Lanes lanes_at(const std::vector<std::uint32_t>& values, std::size_t i) {
-  Lanes lanes;
-  std::memcpy(&lanes, values.data() + i, sizeof lanes);
-  return lanes;
-}
-
-bool any(const Lanes& lanes) {
-  return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0;
+/// Does one of the boxes begin .. end - 1, of which these are y and z, touch there? Compares as many at a
+/// time as Lanes has, so it sees some of those behind.
+template <class Lanes>
+[[gnu::always_inline]] inline bool any_touches(const std::uint32_t* los, const std::uint32_t* his,
+                                               std::uint32_t begin, std::uint32_t end, std::uint32_t lo,
+                                               std::uint32_t hi) {
+  constexpr std::uint32_t lanes = sizeof(Lanes) / 4;
+  Lanes found = {};
+  for (std::uint32_t i = begin; i < end; i += lanes) {
+    Lanes lo_lanes, hi_lanes;
+    std::memcpy(&lo_lanes, los + i, sizeof lo_lanes);
+    std::memcpy(&hi_lanes, his + i, sizeof hi_lanes);
+    found |= ((hi_lanes - lo) & (hi - lo_lanes) & kGuards) == kGuards;
+  }
+  std::uint32_t any = 0;
+  for (std::uint32_t i = 0; i < lanes; ++i) any |= found[i];
+  return any != 0;
 }
 
 }  // namespace
@@ -38,7 +48,12 @@ bool Clusters::find(std::span<const PackedBox> boxes, std::uint32_t edge) {
   ends_.clear();
   rest_.clear();
   sort(boxes, edge);
-  if (!join_touching(boxes)) return false;
+#ifdef __x86_64__
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  if (!(has_avx2 ? join_touching_with_avx2(boxes) : join_touching<Lanes4>(boxes))) return false;
+#else
+  if (!join_touching<Lanes4>(boxes)) return false;
+#endif
   gather();
   return true;
 }
@@ -56,11 +71,11 @@ void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   const std::size_t n = boxes.size();
   index_.resize(n);
   last_.resize(n);
-  lo_.resize(n + kLanes);
-  hi_.resize(n + kLanes);
-  std::fill_n(lo_.begin() + std::ptrdiff_t(n), kLanes,
+  lo_.resize(n + kMostLanes);
+  hi_.resize(n + kMostLanes);
+  std::fill_n(lo_.begin() + std::ptrdiff_t(n), kMostLanes,
               ~kGuards);  // what is behind the last box touches nothing
-  std::fill_n(hi_.begin() + std::ptrdiff_t(n), kLanes, kGuards);
+  std::fill_n(hi_.begin() + std::ptrdiff_t(n), kMostLanes, kGuards);
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t place = bucket_end_[bucket(boxes[i].lo)]++;
     index_[place] = i;
@@ -71,7 +86,9 @@ void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
 }
 
 /// Joins the trees of boxes that touch. False if that would take or takes too many comparisons.
-bool Clusters::join_touching(std::span<const PackedBox> boxes) {
+template <class Lanes>
+[[gnu::always_inline]] inline bool Clusters::join_touching(std::span<const PackedBox> boxes) {
+  constexpr std::uint32_t lanes = sizeof(Lanes) / 4;
   const auto n = std::uint32_t(boxes.size());
   std::uint64_t compared = 0;
   for (std::uint32_t i = 0; i < n; ++i) compared += bucket_end_[last_[i]] - i;
@@ -80,18 +97,16 @@ bool Clusters::join_touching(std::span<const PackedBox> boxes) {
   for (std::uint32_t i = 0; i < n; ++i) parent_[i] = i;
   std::uint32_t touching = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t lo = lo_[i], hi = hi_[i], end = bucket_end_[last_[i]];
-    const auto touching_lanes = [&](std::uint32_t j) -> Lanes {
-      return ((lanes_at(hi_, j) - lo) & (hi - lanes_at(lo_, j)) & kGuards) == kGuards;
+    const std::uint32_t end = bucket_end_[last_[i]];
+    const auto any_of = [&](std::uint32_t first, std::uint32_t last) {
+      return any_touches<Lanes>(lo_.data(), hi_.data(), first, last, lo_[i], hi_[i]);
     };
-    Lanes found = {};
-    for (std::uint32_t j = i + 1; j < end; j += kLanes) found |= touching_lanes(j);
-    if (!any(found)) continue;
+    if (!any_of(i + 1, end)) continue;
     if (++touching > kMostTouching && i < kFirst) return false;
     const PackedBox& box = boxes[index_[i]];
-    for (std::uint32_t j = i + 1; j < end; j += kLanes) {
-      if (!any(touching_lanes(j))) continue;
-      for (std::uint32_t k = j; k < std::min(j + kLanes, end); ++k)
+    for (std::uint32_t j = i + 1; j < end; j += lanes) {
+      if (!any_of(j, j + 1)) continue;
+      for (std::uint32_t k = j; k < std::min(j + lanes, end); ++k)
         if (packed::all_le(box.lo, boxes[index_[k]].hi) && packed::all_le(boxes[index_[k]].lo, box.hi)) {
           const std::uint32_t x = root(i), y = root(k);
           parent_[std::max(x, y)] = std::min(x, y);
@@ -100,6 +115,12 @@ bool Clusters::join_touching(std::span<const PackedBox> boxes) {
   }
   return true;
 }
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] bool Clusters::join_touching_with_avx2(std::span<const PackedBox> boxes) {
+  return join_touching<Lanes8>(boxes);
+}
+#endif
 
 std::uint32_t Clusters::root(std::uint32_t i) {
   while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];

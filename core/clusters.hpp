@@ -33,7 +33,9 @@ class Clusters {
 
  private:
   void sort(std::span<const PackedBox> boxes, std::uint32_t edge);
+  template <class Lanes>
   bool join_touching(std::span<const PackedBox> boxes);
+  bool join_touching_with_avx2(std::span<const PackedBox> boxes);
   void gather();
   std::uint32_t root(std::uint32_t i);
 

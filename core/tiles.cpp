@@ -121,7 +121,11 @@ void TileGrid::gather(std::size_t tile, std::vector<PackedBox>& boxes) const {
   const std::size_t before = boxes.size();
   boxes.resize(before + count(tile));
   auto out = boxes.begin() + std::ptrdiff_t(before);
-  for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) out = std::ranges::copy(pieces_[p], out).out;
+  for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) {
+    if (p + 2 < pieces_.size())  // pieces lie anywhere
+      for (std::size_t i = 0; i < pieces_[p + 2].size(); i += 4) __builtin_prefetch(&pieces_[p + 2][i]);
+    out = std::ranges::copy(pieces_[p], out).out;
+  }
 }
 
 /// Calls f(box) for a chunk's boxes; sees an interruption soon.
