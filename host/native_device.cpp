@@ -26,12 +26,16 @@ namespace {
 /// Units that a thread takes at a time: some microseconds of work, so that threads neither quarrel nor idle.
 constexpr std::size_t grain = 16;
 
-std::string cpu_name() {
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);)
-    if (line.starts_with("model name") && line.find(": ") != std::string::npos)
-      return line.substr(line.find(": ") + 2);
-  return "CPU";
+/// Read once: the system takes longer to write it than we for a few boxes.
+const std::string& cpu_name() {
+  static const std::string name = [] {
+    std::ifstream cpuinfo("/proc/cpuinfo");
+    for (std::string line; std::getline(cpuinfo, line);)
+      if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+        return line.substr(line.find(": ") + 2);
+    return std::string("CPU");
+  }();
+  return name;
 }
 
 /// CPU seconds of this thread.
