@@ -10,7 +10,11 @@ Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& 
   Report& r = report ? *report : own;
   Boundary boundary;
   Stages stages(r, options.interrupted);
-  const auto finish = [&](std::string_view stage) { stages.finish(stage); };
+  int finished = 0;
+  const auto finish = [&](std::string_view stage) {
+    stages.finish(stage);
+    if (options.progress) options.progress(++finished / 6.0);
+  };
   with_threads(options.threads, options.interrupted, [&] {
     boundary.brep = make_brep(solid, contacts, finish);
     boundary.triangulation = triangulate(boundary.brep.points, boundary.brep.faces);

@@ -326,8 +326,10 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   Report report;
   with_threads(common.engine.threads, common.interrupted, [&] {
     check_budget(input, "a mesh for .3mf", kMeshBytesAVertex, options, common);
-    writer.write(unite(read_boxes(input, common.interrupted, common.volume), options, &report), options,
-                 report);
+    bar.show_part(0, 0.3);
+    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
+    bar.show_part(0.3, 0.8);  // writing is the rest
+    writer.write(solid, options, report);
   });
   bar.clear();
   std::vector<Result> results = writer.results();

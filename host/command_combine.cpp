@@ -101,8 +101,10 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
     for (const Result& result : set_results(files, sets)) results.push_back(result);
     MassProperties mass;
     if (writer || boxes_file) {
+      bar.show_part(0, 0.3);
       const Solid solid = boxunion::combine(expression, sets, options, &report);
       mass = mass_of(solid);
+      bar.show_part(0.3, 0.8);
       if (writer) writer->write(solid, options, report);
       if (boxes_file)
         write_boxes(to_boxes(decompose(make_evm(solid, kAxisOrders[0]), BoxModel::cudb)),

@@ -89,7 +89,7 @@ ProgressBar::ProgressBar(bool quiet) : visible_(!quiet && ::isatty(STDERR_FILENO
 void ProgressBar::show(double fraction) {
   if (!visible_) return;
   constexpr int kWidth = 40;
-  const int percent = int(100 * std::clamp(fraction, 0.0, 1.0));
+  const int percent = int(100 * (from_ + (to_ - from_) * std::clamp(fraction, 0.0, 1.0)));
   const std::scoped_lock lock(mutex_);
   if (percent == percent_) return;
   percent_ = percent;

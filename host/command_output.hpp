@@ -47,6 +47,8 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
   /// Shows a fraction from 0 to 1. Thread-safe.
   void show(double fraction);
+  /// What follows shows its own fractions as this part of the whole. Not while others show some.
+  void show_part(double from, double to) { from_ = from, to_ = to; }
   /// Takes the bar off the screen, for example before a warning; the next show() brings it back. Thread-safe.
   void clear();
 
@@ -54,6 +56,7 @@ class ProgressBar {
   std::mutex mutex_;
   bool visible_;
   int percent_ = -1;
+  double from_ = 0, to_ = 1;
 };
 
 }  // namespace boxunion::command

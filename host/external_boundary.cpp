@@ -111,6 +111,8 @@ class BoundaryRun {
       : solid_(solid), contacts_(contacts), report_(report) {}
 
   ExternalBoundary run(bool triangles_only, OutputFile file) {
+    // numbering, points, faces of three axes, shells; and midpoints of three
+    solid_.expect_passes(contacts_ == NonManifold::keep ? 6 : 9);
     collect();
     Stopwatch watch(report_);
     number();
@@ -170,7 +172,12 @@ class BoundaryRun {
   template <class F>
   void each_block(int axis, F&& f) {
     const std::uint64_t bytes = solid_.bytes() / 8;
-    if (axis != 2) return by_plane_[std::size_t(axis)]->merge(bytes, f);
+    const auto use = [&](std::span<const Numbered> block) {
+      f(block);
+      solid_.advance(block.size());
+    };
+    solid_.begin_pass(by_z_->count());
+    if (axis != 2) return by_plane_[std::size_t(axis)]->merge(bytes, use);
     std::uint32_t number = 0, fan = 0;
     std::vector<Numbered> numbered;
     by_z_->merge(bytes, [&](std::span<const ExternalVertex<C>> block) {
@@ -179,7 +186,7 @@ class BoundaryRun {
         numbered.push_back({v.at, v.mask, number++, fan});
         fan += kFans[v.mask].count;
       }
-      f(std::span<const Numbered>(numbered));
+      use(numbered);
     });
   }
 

@@ -36,6 +36,8 @@ class Decomposer {
       : solid_(solid), model_(model), report_(report) {}
 
   ExternalModel run(const std::optional<AxisOrder>& wanted, std::optional<OutputFile> file) {
+    // five orders more to be sorted and six to be counted; counting boxes and a sweep, or a sweep and merging
+    solid_.expect_passes((model_ && !wanted ? 11 : 0) + (model_ ? 2 : 1));
     ExternalModel result;
     result.order = wanted.value_or(kAxisOrders[0]);
     std::unique_ptr<Corners> points = find_points(result.order);
@@ -76,13 +78,23 @@ class Decomposer {
     return points;
   }
 
+  /// Gives all records to f(span) in order.
+  template <class Runs, class F>
+  void each_block(Runs& runs, std::uint64_t bytes, F&& f) {
+    solid_.begin_pass(runs.count());
+    runs.merge(bytes, [&](const auto& block) {
+      f(block);
+      solid_.advance(block.size());
+    });
+  }
+
   std::unique_ptr<Corners> reorder(Corners& points, const AxisOrder& from, const AxisOrder& to) {
     std::array<std::size_t, 3> place{};  // of each new axis in the old order
     for (std::size_t i = 0; i < 3; ++i)
       place[i] = std::size_t(std::find(from.begin(), from.end(), to[i]) - from.begin());
     auto result = std::make_unique<Corners>(solid_.bytes() / 2, 1, solid_.scratch_file());
     std::vector<Corner> moved;
-    points.merge(solid_.bytes() / 4, [&](std::span<const Corner> block) {
+    each_block(points, solid_.bytes() / 4, [&](std::span<const Corner> block) {
       moved.clear();
       for (const Corner& p : block) moved.push_back({p[place[0]], p[place[1]], p[place[2]]});
       result->add(moved);
@@ -127,7 +139,7 @@ class Decomposer {
       count = 0;
       most = half <= sweep.bytes() ? 0 : (half - sweep.bytes()) / kVertexBytes;
     };
-    points.merge(solid_.bytes() / 8, [&](std::span<const Corner> block) {
+    each_block(points, solid_.bytes() / 8, [&](std::span<const Corner> block) {
       for (const Corner& p : block) {
         if (count > 0 && p[0] != a) pass();
         a = p[0];
@@ -157,7 +169,7 @@ class Decomposer {
     if (!model_) {
       PointWriter writer(file, *count);
       std::vector<Point> block;
-      points.merge(solid_.bytes() / 2, [&](std::span<const Corner> some) {
+      each_block(points, solid_.bytes() / 2, [&](std::span<const Corner> some) {
         block.resize(some.size());
         for (std::size_t i = 0; i < some.size(); ++i)
           for (std::size_t k = 0; k < 3; ++k) block[i][order[k]] = coordinate(order[k], some[i][k]);
@@ -195,7 +207,7 @@ class Decomposer {
     SortedRuns<Record> boxes(solid_.bytes() / 4, 1, solid_.scratch_file());
     sweep(points, order, [&](const Corner& lo, const Corner& hi) { boxes.add(Record{lo, hi}); });
     BoxWriter<T> writer(file, boxes.count());
-    boxes.merge(solid_.bytes() / 4, [&](std::span<const Record> some) {
+    each_block(boxes, solid_.bytes() / 4, [&](std::span<const Record> some) {
       for (const Record& box : some) put(writer, box.lo, box.hi);
     });
     writer.write(block);

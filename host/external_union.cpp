@@ -283,6 +283,17 @@ class ExternalUnion::Run {
     return base_ + file_.size() * box_bytes() + vertices * bytes_a_vertex;
   }
 
+  void expect_passes(unsigned passes) { passes_ = passes; }
+  void begin_pass(std::uint64_t count) {
+    ++pass_;
+    pass_count_ = count;
+    pass_done_ = 0;
+  }
+  void advance(std::uint64_t count) {
+    pass_done_ += count;
+    show_progress(double(pass_done_) / double(pass_count_));
+  }
+
   /// Sends all slabs through the engine; use(ordinals) does that with each.
   template <class Use>
   void run(std::uint64_t bytes, Use&& use) {
@@ -369,6 +380,11 @@ class ExternalUnion::Run {
   }
   static bool can_be_summed(const RegionOf<double>&, std::uint64_t) { return false; }  // no lattices
 
+  /// Shows that a fraction of the pass is done.
+  void show_progress(double fraction) const {
+    if (options_.progress) options_.progress((pass_ + std::min(1.0, fraction)) / (1 + passes_));
+  }
+
   std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
 
   /// The union of a slab, as far as the slab owns it; see combine_by_cells about `mass`.
@@ -377,7 +393,7 @@ class ExternalUnion::Run {
     const std::uint64_t count = slab.boxes.size(), all = std::max(boxes_in_slabs_, count);
     if (options.progress)
       options.progress = [&, done = boxes_done_](double fraction) {
-        options_.progress(std::min(1.0, (double(done) + fraction * double(count)) / double(all)));
+        show_progress((double(done) + fraction * double(count)) / double(all));
       };
     if (options.method == Method::cells) {
       combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
@@ -399,6 +415,8 @@ class ExternalUnion::Run {
   Axes axes_;
   bool is_lattice_ = false, sums_fit_ = false;
   std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
+  unsigned pass_ = 0, passes_ = 0;  // after the union, which is pass 0
+  std::uint64_t pass_count_ = 0, pass_done_ = 0;
 };
 
 ExternalUnion::ExternalUnion(const BoxFile& boxes, const Options& options, const Budget& budget,
@@ -430,6 +448,15 @@ std::uint64_t ExternalUnion::bytes() const {
 std::uint64_t ExternalUnion::budget_for(std::uint64_t bytes) const {
   return run_->base() + bytes;
 }
+void ExternalUnion::expect_passes(unsigned passes) {
+  run_->expect_passes(passes);
+}
+void ExternalUnion::begin_pass(std::uint64_t count) {
+  run_->begin_pass(count);
+}
+void ExternalUnion::advance(std::uint64_t count) {
+  run_->advance(count);
+}
 ScratchFile ExternalUnion::scratch_file() const {
   return run_->scratch_file();
 }
@@ -445,12 +472,14 @@ template void ExternalUnion::unite(
     std::uint64_t, const std::function<void(std::span<const ExternalVertex<std::uint64_t>>)>&);
 
 void ExternalUnion::vertices(const std::function<VertexBlocks(std::uint64_t)>& begin) {
+  expect_passes(1);
   with_coordinates([&]<class C>(C) {
     SortedRuns<ExternalVertex<C>> runs(bytes() / 2, thread_count(), scratch_file());
     unite<C>(bytes() / 2, [&](std::span<const ExternalVertex<C>> vertices) { runs.add(vertices); });
     Stopwatch watch(run_->report());
     const VertexBlocks take = begin(runs.count());
     std::vector<PlacedVertex> placed;
+    begin_pass(runs.count());
     runs.merge(bytes() / 2, [&](std::span<const ExternalVertex<C>> block) {
       placed.clear();
       for (const ExternalVertex<C>& v : block) {
@@ -458,6 +487,7 @@ void ExternalUnion::vertices(const std::function<VertexBlocks(std::uint64_t)>& b
         for (unsigned a = 0; a < 3; ++a) p.point[a] = external_coordinate(axes()[a], v.at[a]);
       }
       take(placed);
+      advance(block.size());
     });
     watch.lap("merge and write");
     watch.total();

@@ -91,6 +91,12 @@ class ExternalUnion {
   /// A new file in the folder of the budget.
   ScratchFile scratch_file() const;
 
+  /// Says how many passes over what it finds follow the union: all share in the options' progress alike.
+  void expect_passes(unsigned passes);
+  /// The next pass, over so many vertices or whatever it counts; and how many more of them are done.
+  void begin_pass(std::uint64_t count);
+  void advance(std::uint64_t count);
+
   /// Finds the vertices and gives them to take(), batch by batch in any order, from several threads at once;
   /// takes about so many bytes of memory. C is that of with_coordinates. Throws as measure does.
   template <class C>

@@ -2,14 +2,19 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 
 #include "core/cuts.hpp"
 #include "core/error.hpp"
 #include "core/generate.hpp"
+#include "host/external_boundary.hpp"
+#include "host/external_decomposition.hpp"
 #include "host/external_union.hpp"
+#include "host/threads.hpp"
 #include "tests/boxes_in_memory.hpp"
 #include "tests/command.hpp"
 #include "tests/every_device.hpp"
@@ -135,6 +140,38 @@ TEST(ExternalErrors, TheFirstInvalidBoxWins) {
   boxes[299'999] = boxes[150'000] = {0, 0, 0, 1, -1, 1};
   EXPECT_EQ(error_of(boxes, {std::uint64_t{1} << 30, "/tmp"}, ErrorKind::input),
             "row 150001: ymin is 0 and ymax is -1, expected ymin <= ymax");
+}
+
+TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
+  const BoxSet boxes = collect(generate_cubes(20'000, 40, 2000, 1));
+  const BoxesInMemory file(boxes);
+  const TemporaryFolder folder, scratch;
+  const auto check = [&](auto&& run) {
+    std::vector<double> shown;
+    Options options{.device = "native"};
+    options.progress = [&](double fraction) { shown.push_back(fraction); };
+    Report report;
+    with_threads(1, nullptr, [&] {
+      ExternalUnion solid(file, options, {std::uint64_t{110} << 20, scratch.path(), 3000}, report);
+      run(solid, report);
+    });
+    EXPECT_GT(shown.size(), 10u);
+    EXPECT_LT(shown.front(), 0.1);
+    EXPECT_TRUE(std::ranges::is_sorted(shown));
+    EXPECT_EQ(shown.back(), 1);
+  };
+  for (const NonManifold contacts : {NonManifold::keep, NonManifold::split})
+    check([&](ExternalUnion& solid, Report& report) {
+      write_boundary(solid, contacts, false, open_output(folder.file("a.ply"), nullptr, kBoundaryFormats),
+                     report);
+    });
+  for (const std::optional<AxisOrder> order : {std::optional(kAxisOrders[1]), std::optional<AxisOrder>()})
+    check([&](ExternalUnion& solid, Report& report) {
+      decompose(solid, BoxModel::cudb, order, open_output(folder.file("a.npy")), report);
+    });
+  check([&](ExternalUnion& solid, Report& report) {
+    decompose(solid, {}, kAxisOrders[2], open_output(folder.file("a.npy")), report);
+  });
 }
 
 TEST(Cuts, GiveEverySlabItsShare) {
