@@ -37,6 +37,7 @@ constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
 constexpr std::size_t kMostSlabs = 64;  // cut at once
 constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
 constexpr unsigned kMostDepth = 32;
+constexpr double kCutShare = 0.3;  // of the time of slabs: what cutting takes
 
 using Ordinal = std::uint32_t;
 
@@ -353,7 +354,12 @@ class ExternalUnion::Run {
           fmt::format("{} boxes lie so deep over each other that no cut helps: they need about {} of "
                       "memory, the budget is {}",
                       source.count(), text_of(base_ + source.count() * box_bytes()), text_of(budget_.bytes)));
-    auto slabs = distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted);
+    std::atomic<std::uint64_t> done = 0;
+    const auto advance = [&](std::uint64_t boxes) {
+      if (depth == 0) show_progress(kCutShare * double(done += boxes) / double(source.size()));
+    };
+    auto slabs =
+        distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted, advance);
     watch.lap("cut");
     if (depth == 0) {
       for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();
@@ -393,7 +399,8 @@ class ExternalUnion::Run {
     const std::uint64_t count = slab.boxes.size(), all = std::max(boxes_in_slabs_, count);
     if (options.progress)
       options.progress = [&, done = boxes_done_](double fraction) {
-        show_progress((double(done) + fraction * double(count)) / double(all));
+        const double slabs = (double(done) + fraction * double(count)) / double(all);
+        show_progress(boxes_in_slabs_ == 0 ? slabs : kCutShare + (1 - kCutShare) * slabs);
       };
     if (options.method == Method::cells) {
       combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);

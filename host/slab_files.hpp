@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -87,12 +88,14 @@ class SlabFile final : public BoxSource<C> {
   ScratchFile file_;
 };
 
-/// Puts every box of a region into the slabs that it touches. Uses about `bytes` of memory for buffers.
+/// Puts every box of a region into the slabs that it touches. Uses about `bytes` of memory for buffers. Calls
+/// advance() with numbers of boxes that are done, from several threads.
 template <class C>
 std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source, const RegionOf<C>& region,
                                                      const Cuts& cuts, std::uint64_t bytes,
                                                      const std::string& scratch,
-                                                     const std::atomic<bool>* interrupted);
+                                                     const std::atomic<bool>* interrupted,
+                                                     const std::function<void(std::uint64_t)>& advance);
 
 // ---- implementation ----
 
@@ -166,7 +169,8 @@ template <class C>
 std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source, const RegionOf<C>& region,
                                                      const Cuts& cuts, std::uint64_t bytes,
                                                      const std::string& scratch,
-                                                     const std::atomic<bool>* interrupted) {
+                                                     const std::atomic<bool>* interrupted,
+                                                     const std::function<void(std::uint64_t)>& advance) {
   const auto axis = unsigned(cuts.axis);
   std::vector<C> at;
   for (const double cut : cuts.at)
@@ -199,6 +203,7 @@ std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source,
         if (slab == at.size() || hi < at[slab]) break;
       }
     }
+    advance(boxes.size());
   });
   buffers.for_each([&](const Buffers& rest) {
     for (std::size_t slab = 0; slab < slabs.size(); ++slab) slabs[slab]->append(rest[slab]);
