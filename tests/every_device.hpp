@@ -8,19 +8,28 @@
 #include <string_view>
 #include <vector>
 
+#include "host/backend.hpp"
 #include "host/device.hpp"
 
 namespace boxunion {
 
-/// The devices of this machine. In a process for one test that names no driver (ctest makes a process for
-/// each test), only the native one: drivers take longer to start than most tests.
+/// The devices of this machine. In a process for one test (ctest makes a process for each test), only the
+/// native one and those of the drivers that the test names: drivers take longer to start than most tests.
 inline std::vector<DeviceInfo> devices_under_test() {
   constexpr std::string_view kFilter = "--gtest_filter=";
   std::ifstream arguments("/proc/self/cmdline");
-  for (std::string argument; std::getline(arguments, argument, '\0');)
-    if (argument.starts_with(kFilter) && argument.find_first_of("*?:-", kFilter.size()) == argument.npos &&
-        argument.find("opencl") == argument.npos && argument.find("vulkan") == argument.npos)
-      return {open_device("native")->info()};
+  for (std::string argument; std::getline(arguments, argument, '\0');) {
+    if (!argument.starts_with(kFilter) || argument.find_first_of("*?:-", kFilter.size()) != argument.npos)
+      continue;
+    std::vector<DeviceInfo> devices{describe_native()};
+    std::vector<std::string> notes;
+    const auto add = [&](const std::vector<DeviceInfo>& more) {
+      devices.insert(devices.end(), more.begin(), more.end());
+    };
+    if (argument.find("opencl") != argument.npos) add(list_opencl(notes));
+    if (argument.find("vulkan") != argument.npos) add(list_vulkan(notes));
+    return devices;
+  }
   return list_devices();
 }
 
