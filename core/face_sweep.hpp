@@ -107,11 +107,11 @@ class FaceSweep {
   /// The most vertices of a small sweep.
   static constexpr std::size_t kSmall = 64;
 
-  /// The vertices lie in order of row and column, and every boundary edge of the faces runs between
+  /// A range of SweepVertex in order of row and column, where every boundary edge of the faces runs between
   /// neighbours on a row or column. Columns are less than `columns`, or anything if there are at most kSmall
   /// vertices.
-  template <class Visitor>
-  void run(std::span<const SweepVertex> vertices, std::uint32_t columns, Visitor&& visitor) {
+  template <class Vertices, class Visitor>
+  void run(const Vertices& vertices, std::uint32_t columns, Visitor&& visitor) {
     if (vertices.size() <= kSmall) {
       // Every interval began at two vertices of its own.
       detail::FewIntervals<Interval, kSmall / 2> few;
@@ -123,10 +123,10 @@ class FaceSweep {
   }
 
  private:
-  template <class Intervals, class Visitor>
-  static void sweep(Intervals& intervals, std::span<const SweepVertex> vertices, Visitor& visitor) {
+  template <class Intervals, class Vertices, class Visitor>
+  static void sweep(Intervals& intervals, const Vertices& vertices, Visitor& visitor) {
     Interval open{};  // the interval whose left end is the edge on this row
-    for (const auto& [i, c, quadrants] : vertices) {
+    for (const auto [i, c, quadrants] : vertices) {
       switch (quadrants) {
         case bits(right_above):
           intervals.insert(c, visitor.start(i));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <ranges>
 #include <span>
 #include <utility>
 #include <vector>
@@ -195,16 +196,14 @@ Faces sorted(Loops loops) {
 }  // namespace
 
 Faces find_polygons(const Contour& contour) {
-  constexpr std::size_t kGrain = 1 << 15;  // vertices
   const std::span<const ContourVertex> vertices = contour.vertices;
   if (vertices.size() >= kNone / 2)  // a vertex may have two corners
     throw Error(ErrorKind::resources, "the contour has more than 2^31 - 1 vertices");
   const Columns columns(contour);
-  auto swept = make_array<SweepVertex>(vertices.size(), "the loops");
-  parallel_ranges(0, vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      swept[i] = {static_cast<std::uint32_t>(i), columns[i], vertices[i].quadrants};
-  });
+  const auto swept = std::views::iota(std::uint32_t{0}, static_cast<std::uint32_t>(vertices.size())) |
+                     std::views::transform([&](std::uint32_t i) {
+                       return SweepVertex{i, columns[i], vertices[i].quadrants};
+                     });
   LoopLinks links(vertices.size());
   FaceSweep<LoopLinks::Interval>().run(swept, columns.count(), links);
   Interruptible::check();
