@@ -95,6 +95,7 @@ function(boxunion_kernel target name)
       list(APPEND options -march=x86-64-v3)
     endif()
     set_source_files_properties(${out}_${instruction_set}.cpp TARGET_DIRECTORY ${target} PROPERTIES
+      SKIP_PRECOMPILE_HEADERS ON
       COMPILE_OPTIONS "${options}" COMPILE_DEFINITIONS "${kernel_DEFINES}" INCLUDE_DIRECTORIES ${include_dir} OBJECT_DEPENDS "${files}")
     target_sources(${target} PRIVATE ${out}_${instruction_set}.cpp)
   endforeach()

@@ -77,7 +77,7 @@ std::string text(cl_device_id device, cl_device_info what) {
 std::vector<cl_device_id> find_devices(std::vector<std::string>& notes) {
   cl_uint count = 0;
   if (clGetPlatformIDs(0, nullptr, &count) != CL_SUCCESS || count == 0) {
-    notes.push_back("OpenCL: no platform found: install a driver such as pocl-opencl-icd");
+    notes.emplace_back("OpenCL: no platform found: install a driver such as pocl-opencl-icd");
     return {};
   }
   std::vector<cl_platform_id> platforms(count);
@@ -92,7 +92,7 @@ std::vector<cl_device_id> find_devices(std::vector<std::string>& notes) {
           property<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) != 0)
         devices.push_back(device);
   }
-  if (devices.empty()) notes.push_back("OpenCL: the platforms found have no usable device");
+  if (devices.empty()) notes.emplace_back("OpenCL: the platforms found have no usable device");
   return devices;
 }
 

@@ -175,7 +175,7 @@ std::vector<VkPhysicalDevice> find_devices(VkInstance instance, std::vector<std:
   std::vector<VkPhysicalDevice> devices(count);
   if (count != 0)
     check(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "vkEnumeratePhysicalDevices");
-  if (count == 0) notes.push_back("Vulkan: no device found: install a driver such as mesa-vulkan-drivers");
+  if (count == 0) notes.emplace_back("Vulkan: no device found: install a driver such as mesa-vulkan-drivers");
   std::erase_if(devices, [&](VkPhysicalDevice device) {
     VkPhysicalDeviceProperties properties;
     VkPhysicalDeviceFeatures features;
