@@ -82,7 +82,6 @@ class TileGrid {
   /// Tiles from .. to by axis, counted from ordinal 0. Those beyond the region are not in the grid.
   struct TileRange {
     std::array<std::uint32_t, 3> from, to;
-    bool one() const { return ((from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2])) == 0; }
   };
   /// What one chunk of the input puts into a tile: blocks of boxes, all but the last one full.
   struct Share {

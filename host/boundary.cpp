@@ -10,10 +10,11 @@ Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& 
   Report& r = report ? *report : own;
   Boundary boundary;
   Stages stages(r, options.interrupted);
+  constexpr double kStages = 6;  // of make_brep, and triangles
   int finished = 0;
   const auto finish = [&](std::string_view stage) {
     stages.finish(stage);
-    if (options.progress) options.progress(++finished / 6.0);
+    if (options.progress) options.progress(++finished / kStages);
   };
   with_threads(options.threads, options.interrupted, [&] {
     boundary.brep = make_brep(solid, contacts, finish);
