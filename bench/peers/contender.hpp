@@ -4,15 +4,18 @@
 #include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bench/timing.hpp"
 
 // One side of a comparison is a program of its own. It reads its input, says what it is with a line of JSON
-// ({"version": ...}), and then computes once for every line on its standard input and answers each with a
-// line: {"seconds": ..., "answer": {...}} or {"error": "..."}. So bench/peers/run has all sides compute in
-// turn, each in a process that is warm, and stops one that takes too long.
+// ({"version": ...}). Each line on its standard input is a turn: it computes, again and again while a tenth
+// of a second is not over, and answers with a line: {"seconds": median, "answer": {...}} or {"error": "..."}.
+// So bench/peers/run has all sides compute in turn, each with its caches and threads warm, and stops one that
+// takes too long.
 
 namespace boxunion::peers {
 
@@ -20,15 +23,21 @@ inline void say(const nlohmann::json& line) {
   std::cout << line << std::endl;
 }
 
+constexpr double kTurn = 0.1;  // seconds; contender.py has them too
+
 /// Answers every line: compute() is timed, describe(result) tells volume, area and counts of what it found.
 template <class Compute, class Describe>
 void contend(const std::string& version, Compute&& compute, Describe&& describe) {
   say({{"version", version}});
   for (std::string line; std::getline(std::cin, line);) try {
-      decltype(compute()) result;
-      const double seconds = seconds_of([&] { result = compute(); });
-      const nlohmann::json answer = describe(result);
-      say({{"seconds", seconds}, {"answer", answer}});
+      std::optional<decltype(compute())> result;
+      std::vector<double> seconds;
+      for (double turn = 0; turn < kTurn; turn += seconds.back()) {
+        result.reset();
+        seconds.push_back(seconds_of([&] { result = compute(); }));
+      }
+      const nlohmann::json answer = describe(*result);
+      say({{"seconds", median(std::move(seconds))}, {"answer", answer}});
     } catch (const std::exception& e) {
       say({{"error", e.what()}});
     }

@@ -1,6 +1,7 @@
 """One side of a comparison in Python; see contender.hpp for what it says and hears."""
 
 import json
+import statistics
 import sys
 import time
 
@@ -14,6 +15,9 @@ def read_boxes(path):
     return boxes[(boxes[:, 3:] > boxes[:, :3]).all(axis=1)]
 
 
+TURN = 0.1  # seconds, as in contender.hpp
+
+
 def contend(version, compute, describe):
     """Answers every line of standard input: compute() is timed, describe(result) is not."""
 
@@ -23,10 +27,13 @@ def contend(version, compute, describe):
     say({"version": version})
     for _ in sys.stdin:
         try:
-            start = time.perf_counter()
-            result = compute()
-            seconds = time.perf_counter() - start
-            say({"seconds": seconds, "answer": describe(result)})
+            seconds = []
+            while sum(seconds) < TURN:
+                result = None
+                start = time.perf_counter()
+                result = compute()
+                seconds.append(time.perf_counter() - start)
+            say({"seconds": statistics.median(seconds), "answer": describe(result)})
             del result
         except Exception as error:  # whatever a rival throws is its answer
             say({"error": f"{type(error).__name__}: {error}"})
