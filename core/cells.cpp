@@ -13,7 +13,7 @@ constexpr std::uint32_t kRanks = 30;             // distinct coordinates an axis
 constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
 constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
-constexpr std::size_t kGridBoxes = 200;  // a crowded cell with more gets a grid, with fewer it is halved
+constexpr std::size_t kGridBoxes = 60;   // a crowded cell with more gets a grid, with fewer it is halved
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
 constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
 
@@ -28,6 +28,7 @@ void CellBatch::clear() {
   items.clear();
   cells.clear();
   runs.clear();
+  tiles.clear();
   programs.clear();
   steps.clear();
 }
@@ -35,6 +36,7 @@ void CellBatch::clear() {
 void CellBatch::append(const CellBatch& other) {
   const auto shift_box = std::uint32_t(boxes.size()), shift_item = std::uint32_t(items.size()),
              shift_cell = std::uint32_t(cells.size()), shift_step = std::uint32_t(steps.size());
+  const std::size_t shift_run = runs.size();
   boxes.insert(boxes.end(), other.boxes.begin(), other.boxes.end());
   for (const std::uint32_t i : other.items) items.push_back(i + shift_box);
   for (Cell c : other.cells) {
@@ -44,6 +46,10 @@ void CellBatch::append(const CellBatch& other) {
   for (CellRun r : other.runs) {
     r.first += shift_cell;
     runs.push_back(r);
+  }
+  for (TileSums t : other.tiles) {
+    t.end_run += shift_run;
+    tiles.push_back(t);
   }
   for (CellProgram p : other.programs) {
     p.first += shift_step;

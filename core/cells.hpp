@@ -30,12 +30,21 @@ struct CellRun {
   std::array<std::uint32_t, 3> origin{};
 };
 
+/// A tile of sums: its runs are those up to `end_run`, and what has a closed form. Only together these are
+/// the sums of a region.
+struct TileSums {
+  std::size_t end_run = 0;
+  std::array<std::uint32_t, 3> corner{};  ///< the ordinals from which they count
+  LatticeSums closed;
+};
+
 /// Cells of one or more tiles with their boxes, ready for a kernel.
 struct CellBatch {
   std::vector<PackedBox> boxes;
   std::vector<std::uint32_t> items;  ///< boxes of the cells, by index
   std::vector<Cell> cells;
   std::vector<CellRun> runs;
+  std::vector<TileSums> tiles;        ///< those that have runs; none if vertices are wanted
   std::vector<CellProgram> programs;  ///< by cell; empty if all are unions
   std::vector<CellStep> steps;
 

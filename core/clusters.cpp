@@ -11,9 +11,9 @@ constexpr std::uint32_t kGuards = 1u << 31 | 1u << 15;
 using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // of boxes compared at a time
 using Lanes8 [[gnu::vector_size(32)]] = std::uint32_t;
 constexpr std::uint32_t kMostLanes = 8;
-constexpr std::uint64_t kMostCompared = 64;   // per box, on average
-constexpr std::uint32_t kFirst = 512;         // if of the first ones ...
-constexpr std::uint32_t kMostTouching = 384;  // ... more than these touch a later one, the sweep gives up
+constexpr std::uint64_t kMostCompared = 64;  // per box, on average
+constexpr std::uint32_t kFirst = 512;        // if of the first ones, at most half of all, ...
+constexpr double kMostTouching = 0.75;       // ... more than this share touch a later one, the sweep gives up
 
 /// y and z less their lowest `shift` bits, 15 bits each.
 std::uint32_t pack_yz(std::uint64_t corner, int shift) {
@@ -95,6 +95,7 @@ template <class Lanes>
   if (compared > kMostCompared * n) return false;
   parent_.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) parent_[i] = i;
+  const std::uint32_t first = std::min(kFirst, n / 2), most_touching = std::uint32_t(kMostTouching * first);
   std::uint32_t touching = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t end = bucket_end_[last_[i]];
@@ -102,7 +103,7 @@ template <class Lanes>
       return any_touches<Lanes>(lo_.data(), hi_.data(), first, last, lo_[i], hi_[i]);
     };
     if (!any_of(i + 1, end)) continue;
-    if (++touching > kMostTouching && i < kFirst) return false;
+    if (++touching > most_touching && i < first) return false;
     const PackedBox& box = boxes[index_[i]];
     for (std::uint32_t j = i + 1; j < end; j += lanes) {
       if (!any_of(j, j + 1)) continue;

@@ -71,22 +71,31 @@ class LatticeSum {
     add_block(vertices, tally);
   }
 
-  // Moves the origin of the region's moments to ordinal 0: x becomes x + o in 2x, 3xx and 4xy.
+  // Moves the origin of the region's moments to its centre, modulo 2^64, and from there to ordinal 0: x
+  // becomes x + o in 2x, 3xx and 4xy. About the centre of [0, 2c]^3 the integral of 3xx is at least 0 and at
+  // most 8 c^5, which is 2^63, and those of 4xy lie within 2^62.
   void add(const LatticeSums& region, const std::array<std::uint32_t, 3>& origin) {
+    constexpr std::int64_t c = LatticeSums::kMostEdge / 2;
     make_room(1);
     const Int128 volume = region.volume;
     sums_[kVolume].add(volume, 1);
+    const auto first = [&](unsigned a) { return region.first[a] - 2 * c * region.volume; };
+    const auto modulo = [](Int128 x) { return static_cast<std::uint64_t>(x); };
     for (unsigned a = 0; a < 3; ++a) {
       const unsigned b = (a + 1) % 3;
-      const std::uint64_t oa = origin[a], ob = origin[b];
-      sums_[kFirst + a].add(region.first[a], 1);
+      const std::uint64_t oa = std::uint64_t(origin[a]) + c, ob = std::uint64_t(origin[b]) + c;
+      const std::uint64_t square = modulo(region.second[a] - 3 * c * (Int128(first(a)) + c * volume));
+      const std::uint64_t mixed =
+          modulo(region.second[3 + a] - 2 * c * (Int128(first(a)) + first(b) + 2 * c * volume));
+      sums_[kFirst + a].add(first(a), 1);
       sums_[kFirst + a].add(2 * volume, oa);
-      sums_[kSecond + a].add(region.second[a], 1);
-      sums_[kSecond + a].add(region.first[a], 3 * oa);
+      sums_[kSecond + a].add(square >> 1, 2);  // in halves, as 2^63 is no std::int64_t
+      sums_[kSecond + a].add(square & 1, 1);
+      sums_[kSecond + a].add(first(a), 3 * oa);
       sums_[kSecond + a].add(3 * volume, oa * oa);
-      sums_[kSecond + 3 + a].add(region.second[3 + a], 1);
-      sums_[kSecond + 3 + a].add(region.first[a], 2 * ob);
-      sums_[kSecond + 3 + a].add(region.first[b], 2 * oa);
+      sums_[kSecond + 3 + a].add(static_cast<std::int64_t>(mixed), 1);
+      sums_[kSecond + 3 + a].add(first(a), 2 * ob);
+      sums_[kSecond + 3 + a].add(first(b), 2 * oa);
       sums_[kSecond + 3 + a].add(4 * volume, oa * ob);
       sums_[kArea + a].add(region.area[a], 1);
       sums_[kLength + a].add(region.length[a], 1);

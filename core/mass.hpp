@@ -33,12 +33,16 @@ struct MassProperties {
 ///   4 * integrals of (xy, yz, zx), over the part of the union inside the region;
 ///   area[a] of the faces normal to axis a and length[a] of the edges along axis a, as far as the region owns
 ///   them (every part of the boundary belongs to one region, by whatever rule).
+/// All is modulo 2^64. That is exact in a region of at most kMostEdge steps an axis from the origin: second
+/// moments pass 2^63 there, but about its centre they do not.
 struct LatticeSums {
   std::uint64_t vertices = 0, extreme = 0;
   std::int64_t volume = 0;
   std::array<std::int64_t, 3> first{};
   std::array<std::int64_t, 6> second{};
   std::array<std::int64_t, 3> area{}, length{};
+
+  static constexpr std::uint32_t kMostEdge = 1u << 13;
 
   friend bool operator==(const LatticeSums&, const LatticeSums&) = default;
   /// Adds modulo 2^64, so that parts may wrap where the whole fits.

@@ -43,39 +43,22 @@ LatticeSums lattice_sums(std::span<const std::uint64_t> sums) {
   return s;
 }
 
-/// Where the runs of each tile end.
-std::vector<std::size_t> tile_ends(std::span<const CellRun> runs) {
-  std::vector<std::size_t> ends;
-  for (std::size_t r = 1; r <= runs.size(); ++r)
-    if (r == runs.size() || runs[r].origin != runs[r - 1].origin) ends.push_back(r);
-  return ends;
-}
-
-/// Adds the sums of one tile's runs to the sink; only together they are sums of a region.
-void add_tile_sums(std::span<const std::uint64_t> sums, std::span<const CellRun> runs, MassSink& sink) {
-  const std::size_t each = sums.size() / runs.size();
-  LatticeSums tile;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const auto of_run = sums.subspan(each * r, each);
-    tile += lattice_sums(of_run);
-    if (each == 18) continue;
-    Reach reach;
-    for (int a = 0; a < 3; ++a)
-      reach.lo[a] = packed::field(of_run[18], a), reach.hi[a] = packed::field(of_run[19], a);
-    extend_bounds(sink, reach, runs[r].origin);
-  }
-  // packed coordinate 1 is 0 to the kernel
-  const auto& origin = runs[0].origin;
-  sink.add(tile, {origin[0] + 1, origin[1] + 1, origin[2] + 1});
-}
-
-/// The same of the runs of some tiles that end at ends[first .. last - 1].
-void add_sums(std::span<const std::uint64_t> sums, std::span<const CellRun> runs,
-              std::span<const std::size_t> ends, std::size_t first, std::size_t last, MassSink& sink) {
-  const std::size_t each = sums.size() / runs.size();
+/// Adds the sums of the tiles first .. last - 1 of a batch to the sink, given those of its runs.
+void add_sums(std::span<const std::uint64_t> sums, const CellBatch& batch, std::size_t first,
+              std::size_t last, MassSink& sink) {
+  const std::size_t each = sums.size() / batch.runs.size();
   for (std::size_t t = first; t < last; ++t) {
-    const std::size_t begin = t == 0 ? 0 : ends[t - 1], count = ends[t] - begin;
-    add_tile_sums(sums.subspan(each * begin, each * count), runs.subspan(begin, count), sink);
+    LatticeSums tile = batch.tiles[t].closed;
+    for (std::size_t r = t == 0 ? 0 : batch.tiles[t - 1].end_run; r < batch.tiles[t].end_run; ++r) {
+      const auto of_run = sums.subspan(each * r, each);
+      tile += lattice_sums(of_run);
+      if (each == 18) continue;
+      Reach reach;
+      for (int a = 0; a < 3; ++a)
+        reach.lo[a] = packed::field(of_run[18], a), reach.hi[a] = packed::field(of_run[19], a);
+      extend_bounds(sink, reach, batch.runs[r].origin);
+    }
+    sink.add(tile, batch.tiles[t].corner);
   }
 }
 
@@ -122,8 +105,7 @@ void NativeCells::run(const CellBatch& batch) {
     sums_.resize(sums * runs);
     buffers[4] = sums_.data();
     compute(batch, buffers, 0);
-    const auto ends = tile_ends(batch.runs);
-    add_sums(sums_, batch.runs, ends, 0, ends.size(), *sink_.sums);
+    add_sums(sums_, batch, 0, batch.tiles.size(), *sink_.sums);
     return;
   }
   const std::size_t expected = std::min(8 * batch.items.size() + 64, std::size_t{1} << 16);
@@ -194,9 +176,8 @@ void CellStage::finish(const CellBatch& batch) {
   bool complete = total[1] == 0;
   if (complete && sink_.sums) {
     const auto sums = out_->view<std::uint64_t>().first(sums_each * runs);
-    const auto ends = tile_ends(batch.runs);
-    parallel_ranges(0, ends.size(), 16, [&](std::size_t begin, std::size_t end) {
-      add_sums(sums, batch.runs, ends, begin, end, *sink_.sums);
+    parallel_ranges(0, batch.tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
+      add_sums(sums, batch, begin, end, *sink_.sums);
     });
   } else if (complete) {
     std::vector<Vertex> vertices;

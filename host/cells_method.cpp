@@ -17,7 +17,7 @@
 namespace boxunion {
 namespace {
 
-constexpr int kSumsLogEdge = kRegionLogEdge;        // a tile of this edge has sums below 2^63
+constexpr int kSumsLogEdge = 13;                    // of a tile of sums, see MassSink
 constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
 constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
@@ -118,6 +118,7 @@ class CellRunner {
     const auto corner = grids_[0].corner(tile), edge = grids_[0].edge(tile);
     const std::array<std::uint32_t, 3> origin{corner[0] - 1, corner[1] - 1, corner[2] - 1};
     LatticeSums sums;
+    const std::size_t first_run = batch.runs.size();
     Cutter& mine = cutters_.local();
     for (std::size_t i = 0; i < grids_.size(); ++i)
       mine.presence[i] = grids_[i].covered(tile)     ? Presence::all
@@ -132,7 +133,10 @@ class CellRunner {
       mine.cutter.cut({mine.boxes, mine.operands}, is_union ? std::span<const Step>() : mine.steps, edge,
                       origin, run_cost, batch, sink_.sums ? &sums : nullptr);
     }
-    if (sums != LatticeSums{}) sink_.sums->add(sums, corner);
+    if (sink_.sums && batch.runs.size() > first_run)
+      batch.tiles.push_back({batch.runs.size(), corner, sums});
+    else if (sums != LatticeSums{})
+      sink_.sums->add(sums, corner);
     if (sink_.sums && sink_.programs && filling != Filling::nothing)
       extend_bounds(*sink_.sums, mine.cutter.reach(), origin);
     const std::size_t done = ++done_;
@@ -225,7 +229,7 @@ class CellRunner {
 
 /// Can a grid of tiles for sums begin where the region does?
 bool can_be_tiled(const OrdinalBox& region) {
-  return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kSumsLogEdge) == 0; });
+  return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kRegionLogEdge) == 0; });
 }
 
 /// Makes the grid of combine_by_cells, with at least so many boxes in a tile if it may, and calls
@@ -274,7 +278,7 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
   std::optional<Positions> positions;
   if (mass && lattice && options.kernel == CellKernel::occupancy &&
       (!ordinals.region || can_be_tiled(*ordinals.region))) {
-    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kSumsLogEdge, least_in_tile)
+    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kRegionLogEdge, least_in_tile)
                            : TileGrid::plan(sources, counts, kSumsLogEdge, least_in_tile);
     // the caller answers for a region, which must not depend on the boxes there
     if (ordinals.region || (!too_many_tiles(plan) && plan.touched < 3)) cells.sums = mass;

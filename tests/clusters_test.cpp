@@ -82,9 +82,9 @@ TEST(Clusters, AreNotFoundWhereAllBoxesMeet) {
   EXPECT_FALSE(Clusters().find(boxes, 64));
 }
 
-/// Tiles of sums have edges of at most 4096: a box may end, begin or lie across wherever one begins.
+/// Tiles of sums have edges of at most 8192: a box may end, begin or lie across wherever one begins.
 TEST(LoneBoxes, CountOnceWhereTilesMeet) {
-  for (std::int32_t at = 4090; at < 4102; ++at) {
+  for (std::int32_t at = 8186; at < 8198; ++at) {
     const BoxSet boxes(
         std::vector<BoxOf<std::int32_t>>{{0, 0, 0, 1, 1, 1}, {at - 2, at - 2, at - 2, at, at, at}});
     const MassProperties mass = measure(boxes, {.device = "native"});

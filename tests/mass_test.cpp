@@ -165,7 +165,8 @@ TEST(Mass, LatticeAndRankSumsOfMillionsOfVerticesAgree) {
   }
 }
 
-/// The sums over the part of the union inside one region, relative to its low corner, but no area or length.
+/// The sums over the part of the union inside one region, relative to its low corner and modulo 2^64, but no
+/// area or length.
 LatticeSums region_sums(std::vector<OrdinalBox> boxes, const OrdinalBox& region) {
   std::erase_if(boxes, [&](OrdinalBox& box) {
     bool empty = false;
@@ -178,16 +179,33 @@ LatticeSums region_sums(std::vector<OrdinalBox> boxes, const OrdinalBox& region)
   });
   LatticeSums sums;
   for (const Vertex& v : brute_force_vertices(boxes)) {
-    const std::array<std::int64_t, 3> x = {v.x - region.lo[0], v.y - region.lo[1], v.z - region.lo[2]};
-    const std::int64_t volume = kOctants[v.mask].volume * x[0] * x[1] * x[2];
-    sums.volume += volume;
+    const std::array<std::uint64_t, 3> x = {v.x - region.lo[0], v.y - region.lo[1], v.z - region.lo[2]};
+    const std::uint64_t volume = static_cast<std::uint64_t>(kOctants[v.mask].volume) * x[0] * x[1] * x[2];
+    const auto add = [](std::int64_t& to, std::uint64_t term) {
+      detail::add_wrapping(to, static_cast<std::int64_t>(term));
+    };
+    add(sums.volume, volume);
     for (unsigned a = 0; a < 3; ++a) {
-      sums.first[a] += volume * x[a];
-      sums.second[a] += volume * x[a] * x[a];
-      sums.second[3 + a] += volume * x[a] * x[(a + 1) % 3];
+      add(sums.first[a], volume * x[a]);
+      add(sums.second[a], volume * x[a] * x[a]);
+      add(sums.second[3 + a], volume * x[a] * x[(a + 1) % 3]);
     }
   }
   return sums;
+}
+
+/// Makes a region own all vertices, faces and edges.
+void own_boundary(LatticeSums& sums, std::span<const Vertex> vertices) {
+  for (const Vertex& v : vertices) {
+    const OctantProperties& weights = kOctants[v.mask];
+    const std::array<std::int64_t, 3> x = {v.x, v.y, v.z};
+    ++sums.vertices;
+    sums.extreme += weights.extreme;
+    for (unsigned a = 0; a < 3; ++a) {
+      sums.area[a] += weights.area[a] * x[(a + 1) % 3] * x[(a + 2) % 3];
+      sums.length[a] += weights.length[a] * x[a];
+    }
+  }
 }
 
 RC_GTEST_PROP(Mass, SumsOfRegionsAreTheSumsOfTheWhole, ()) {
@@ -212,20 +230,35 @@ RC_GTEST_PROP(Mass, SumsOfRegionsAreTheSumsOfTheWhole, ()) {
       region.hi[a] = octant >> a & 1u ? std::max(middle[a], axes[a].count()) : middle[a];
     }
     LatticeSums sums = region_sums(ordinals, region);
-    if (octant == 0)  // owns all vertices, faces and edges
-      for (const Vertex& v : vertices) {
-        const OctantProperties& weights = kOctants[v.mask];
-        const std::array<std::int64_t, 3> x = {v.x, v.y, v.z};
-        ++sums.vertices;
-        sums.extreme += weights.extreme;
-        for (unsigned a = 0; a < 3; ++a) {
-          sums.area[a] += weights.area[a] * x[(a + 1) % 3] * x[(a + 2) % 3];
-          sums.length[a] += weights.length[a] * x[a];
-        }
-      }
+    if (octant == 0) own_boundary(sums, vertices);
     parts.add(sums, region.lo);
   }
   for (const OrdinalBox& box : ordinals) parts.extend_bounds(box);
+  RC_ASSERT(parts.result() == whole.result());
+}
+
+/// Second moments that pass 2^63, and a region that is full, where they are greatest about its centre, too.
+RC_GTEST_PROP(Mass, SumsOfTheLargestRegionsAreExact, ()) {
+  constexpr std::uint32_t edge = LatticeSums::kMostEdge;
+  const auto end = rc::gen::element(0u, 1u, edge / 2, edge - 1, edge);
+  std::vector<OrdinalBox> boxes(*rc::gen::inRange<std::size_t>(1, 5));
+  for (OrdinalBox& box : boxes)
+    for (unsigned a = 0; a < 3; ++a) {
+      const std::uint32_t p = *end, q = *rc::gen::distinctFrom(end, p);
+      box.lo[a] = 1 + std::min(p, q), box.hi[a] = 1 + std::max(p, q);
+    }
+  LatticeSums sums = region_sums(boxes, {{1, 1, 1}, {edge + 1, edge + 1, edge + 1}});
+  Array<Vertex> vertices = brute_force_vertices(boxes);
+  own_boundary(sums, vertices);
+  const std::uint32_t far = *rc::gen::element(0u, 1000u, (1u << 20) - 2 * edge, 1u << 30);
+  const Axis axis = Axis::lattice(0, 0, far + edge + 1);
+  MassSink whole({axis, axis, axis}), parts({axis, axis, axis});
+  parts.add(sums, {1 + far, 1 + far, 1 + far});
+  for (Vertex& v : vertices) {
+    v.x += far, v.y += far, v.z += far;
+    parts.extend_bounds({{v.x, v.y, v.z}, {v.x, v.y, v.z}});
+  }
+  whole.add(vertices);
   RC_ASSERT(parts.result() == whole.result());
 }
 
