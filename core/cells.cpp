@@ -21,6 +21,23 @@ constexpr std::uint64_t kOnes = packed::pack(1, 1, 1);
 
 using packed::field;
 
+/// Sorts numbers of [lo, hi) and drops those that are there already.
+void make_distinct(std::vector<std::uint32_t>& numbers, std::uint32_t lo, std::uint32_t hi) {
+  constexpr std::uint32_t kBitmap = 512;
+  if (hi - lo > kBitmap) {
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    return;
+  }
+  std::array<std::uint64_t, kBitmap / 64> bits{};
+  for (const std::uint32_t number : numbers)
+    bits[(number - lo) / 64] |= std::uint64_t{1} << (number - lo) % 64;
+  numbers.clear();
+  for (std::uint32_t w = 0; w < bits.size(); ++w)
+    for (std::uint64_t word = bits[w]; word; word &= word - 1)
+      numbers.push_back(lo + 64 * w + std::uint32_t(std::countr_zero(word)));
+}
+
 }  // namespace
 
 void CellBatch::clear() {
@@ -395,6 +412,8 @@ void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps step
     find_own_coordinates(region, Items(stack_).subspan(begin));
     // a kernel holds so many coordinates; few of them are not worth a cut, however many boxes there are
     std::size_t most = end - begin <= tuning_.cell_boxes ? kRanks : 4;
+    if (std::ranges::any_of(own_, [&](const auto& own) { return own.size() > most; }))
+      for (int a = 0; a < 3; ++a) make_distinct(own_[a], field(region.lo, a), field(region.hi, a));
     for (int a = 0; a < 3; ++a)
       if (own_[a].size() > most) axis = a, most = own_[a].size();
     if (end - begin > 4 * (own_[0].size() + own_[1].size() + own_[2].size())) merge(region, begin, steps);
@@ -428,29 +447,18 @@ void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps step
   stack_.resize(begin);
 }
 
+/// Those of the boxes' coordinates that the region owns, however often.
 void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
   for (int a = 0; a < 3; ++a) {
-    auto& own = own_[a];
-    own.clear();
     const std::uint32_t lo = field(region.lo, a), size = field(region.hi, a) - lo;
-    constexpr std::uint32_t kBitmap = 512;
-    if (size <= kBitmap) {  // a bitmap of the region's coordinates is quicker than a sort
-      std::array<std::uint64_t, kBitmap / 64> bits{};
-      for (const std::uint32_t i : items)
-        for (const std::uint64_t corner : {boxes_[i].lo, boxes_[i].hi}) {
-          const std::uint32_t c = field(corner, a) - lo;
-          if (c < size) bits[c / 64] |= std::uint64_t{1} << (c % 64);
-        }
-      for (std::uint32_t w = 0; w <= (size - 1) / 64; ++w)
-        for (std::uint64_t word = bits[w]; word; word &= word - 1)
-          own.push_back(lo + 64 * w + std::uint32_t(std::countr_zero(word)));
-      continue;
-    }
+    own_[a].resize(2 * items.size());
+    std::size_t count = 0;
     for (const std::uint32_t i : items)
-      for (const std::uint64_t corner : {boxes_[i].lo, boxes_[i].hi})
-        if (field(corner, a) - lo < size) own.push_back(field(corner, a));
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
+      for (const std::uint64_t corner : {boxes_[i].lo, boxes_[i].hi}) {
+        own_[a][count] = field(corner, a);
+        count += field(corner, a) - lo < size;
+      }
+    own_[a].resize(count);
   }
 }
 

@@ -186,7 +186,7 @@ class TileCutter {
   std::vector<CellBoxes> cell_boxes_;  // by operand
   Level cluster_;
   std::vector<std::uint32_t> stack_;               // boxes of the cells being halved
-  std::array<std::vector<std::uint32_t>, 3> own_;  // distinct coordinates of a region, sorted
+  std::array<std::vector<std::uint32_t>, 3> own_;  // coordinates that a region owns
 };
 
 }  // namespace boxunion
