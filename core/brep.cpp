@@ -104,6 +104,10 @@ class PlaneFaces {
     plane_ = plane;
     sweep_.assign(axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
+      if (sweep_.is_rectangle(side) && points_->contacts() == NonManifold::keep) {
+        add_rectangle(side, part);
+        continue;
+      }
       links_.reset(plane.size());
       sweep_.run(side, links_);
       const std::uint32_t faces = write_loops(side, part.loop_points);
@@ -122,6 +126,15 @@ class PlaneFaces {
     std::uint32_t face;
     std::uint32_t begin, end;  // in loop_points
   };
+
+  void add_rectangle(unsigned side, FacePart& part) {
+    constexpr std::array<std::array<std::uint32_t, 4>, 2> order = {{{0, 1, 3, 2}, {0, 2, 3, 1}}};
+    for (const std::uint32_t i : order[side])
+      part.loop_points.push_back(plane_[sweep_.vertices(side)[i].id].vertex);
+    part.loop_ends.push_back(static_cast<std::uint32_t>(part.loop_points.size()));
+    part.face_ends.push_back(static_cast<std::uint32_t>(part.loop_ends.size()));
+    part.direction.push_back(static_cast<std::uint8_t>(2 * axis_ + int(side)));
+  }
 
   /// Finds the loops, writes their points, and returns how many faces they belong to. A loop's lowest corner
   /// tells what it is: of an outer loop it is the start of an interval, of a hole it splits one, whose left

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kRanks = 30;             // distinct coordinates an axis that a kernel holds
 constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
-constexpr double kGoalBoxes = 5;                 // of a cell of a grid, on average
+constexpr double kGoalBoxes = 7;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
 constexpr std::size_t kGridBoxes = 60;   // a crowded cell with more gets a grid, with fewer it is halved
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
@@ -64,7 +64,7 @@ void CellBatch::append(const CellBatch& other) {
     r.first += shift_cell;
     runs.push_back(r);
   }
-  for (TileSums t : other.tiles) {
+  for (TileRuns t : other.tiles) {
     t.end_run += shift_run;
     tiles.push_back(t);
   }

@@ -30,11 +30,11 @@ struct CellRun {
   std::array<std::uint32_t, 3> origin{};
 };
 
-/// A tile of sums: its runs are those up to `end_run`, and what has a closed form. Only together these are
-/// the sums of a region.
-struct TileSums {
+/// The runs of one tile, those up to `end_run`. Where sums are wanted, theirs and those of what has a closed
+/// form are the sums of a region, but only together.
+struct TileRuns {
   std::size_t end_run = 0;
-  std::array<std::uint32_t, 3> corner{};  ///< the ordinals from which they count
+  std::array<std::uint32_t, 3> corner{};  ///< the ordinals from which sums count
   LatticeSums closed;
 };
 
@@ -44,7 +44,7 @@ struct CellBatch {
   std::vector<std::uint32_t> items;  ///< boxes of the cells, by index
   std::vector<Cell> cells;
   std::vector<CellRun> runs;
-  std::vector<TileSums> tiles;        ///< those that have runs; none if vertices are wanted
+  std::vector<TileRuns> tiles;        ///< those that have runs
   std::vector<CellProgram> programs;  ///< by cell; empty if all are unions
   std::vector<CellStep> steps;
 

@@ -34,10 +34,21 @@ class PlaneSweep {
     for (unsigned side = 0; side < 2; ++side) count_[side] = std::size_t(next[side] - vertices_[side].data());
   }
 
-  /// Sweeps the faces of a direction (0: towards the axis' positive side, 1: negative).
+  /// The vertices of the faces of a direction (0: towards the axis' positive side, 1: negative).
+  std::span<const SweepVertex> vertices(unsigned side) const {
+    return std::span(vertices_[side]).first(count_[side]);
+  }
+  /// Is there one face, a rectangle? Then its vertices are lower left, lower right, upper left, upper right.
+  bool is_rectangle(unsigned side) const {
+    const auto& v = vertices_[side];
+    return count_[side] == 4 && v[0].quadrants == 1u << right_above && v[1].quadrants == 1u << left_above &&
+           v[2].quadrants == 1u << right_below && v[3].quadrants == 1u << left_below;
+  }
+
+  /// Sweeps the faces of a direction.
   template <class Visitor>
   void run(unsigned side, Visitor&& visitor) {
-    sweep_.run(std::span(vertices_[side]).first(count_[side]), columns_.count(), visitor);
+    sweep_.run(vertices(side), columns_.count(), visitor);
   }
 
  private:

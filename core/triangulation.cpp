@@ -219,6 +219,10 @@ class PlaneTriangulator {
                       &row = coordinates_[unsigned(axis + 2) % 3];
     sweep_.assign(axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
+      if (sweep_.is_rectangle(side)) {
+        out = cut_rectangle(axis, side, plane, out);
+        continue;
+      }
       Chains chains(
           nodes_,
           [&](std::size_t i, Quadrant quadrant) {
@@ -234,6 +238,17 @@ class PlaneTriangulator {
   }
 
  private:
+  /// As Chains would.
+  Triangle* cut_rectangle(int axis, unsigned side, std::span<const PlaneVertex> plane, Triangle* out) const {
+    constexpr std::array<Quadrant, 4> inside = {right_above, left_above, right_below, left_below};
+    std::array<std::uint32_t, 4> p;
+    for (unsigned i = 0; i < 4; ++i)
+      p[i] = points_->at(plane[sweep_.vertices(side)[i].id], octant_at(axis, side, inside[i]), axis);
+    *out++ = {p[2], p[side], p[1 - side]};
+    *out++ = {p[2], p[1 + 2 * side], p[3 - 2 * side]};
+    return out;
+  }
+
   std::array<Coordinates, 3> coordinates_;
   const Points* points_;
   PlaneSweep<ChainInterval> sweep_;

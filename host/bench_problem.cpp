@@ -58,6 +58,9 @@ void keep_first(CellBatch& batch, std::size_t cells) {
   std::size_t runs = 0, kept = 0;
   while (runs < batch.runs.size() && kept < cells) kept += batch.runs[runs++].count;
   batch.runs.resize(runs);
+  while (batch.tiles.size() > 1 && batch.tiles[batch.tiles.size() - 2].end_run >= runs)
+    batch.tiles.pop_back();
+  batch.tiles.back().end_run = runs;
   batch.cells.resize(kept);
   if (!batch.programs.empty()) batch.programs.resize(kept);
   std::size_t items = 0, boxes = 0, steps = 0;

@@ -133,7 +133,7 @@ class CellRunner {
       mine.cutter.cut({mine.boxes, mine.operands}, is_union ? std::span<const Step>() : mine.steps, edge,
                       origin, run_cost, batch, sink_.sums ? &sums : nullptr);
     }
-    if (sink_.sums && batch.runs.size() > first_run)
+    if (batch.runs.size() > first_run)
       batch.tiles.push_back({batch.runs.size(), corner, sums});
     else if (sums != LatticeSums{})
       sink_.sums->add(sums, corner);
