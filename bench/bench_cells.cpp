@@ -64,15 +64,18 @@ Times time_measure(const BoxSet& boxes, const Options& options, const MassProper
   std::vector<double> wall, cpu;
   for (int r = 0; r <= runs; ++r) {  // the first run warms up: kernels are compiled, memory is touched
     MassProperties mass;
+    std::vector<double> calls;
     const double start = cpu_seconds();
-    const double seconds = seconds_of([&] { mass = measure(boxes, options); });
+    for (double turn = 0; turn < kTurn; turn += calls.back())
+      calls.push_back(seconds_of([&] { mass = measure(boxes, options); }));
+    const double cpu_of_call = (cpu_seconds() - start) / double(calls.size());
     if (mass != expected) {
       fmt::print(stderr, "{} disagrees with native\n", options.device);
       std::exit(1);
     }
     if (r == 0) continue;
-    wall.push_back(seconds);
-    cpu.push_back(cpu_seconds() - start);
+    wall.push_back(median(std::move(calls)));
+    cpu.push_back(cpu_of_call);
   }
   return {median(wall), median(cpu)};
 }

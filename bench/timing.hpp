@@ -17,6 +17,9 @@ double seconds_of(F&& f) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Small work is timed again and again for so many seconds, so that caches and threads are warm.
+constexpr double kTurn = 0.1;
+
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];

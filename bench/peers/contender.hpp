@@ -23,8 +23,6 @@ inline void say(const nlohmann::json& line) {
   std::cout << line << std::endl;
 }
 
-constexpr double kTurn = 0.1;  // seconds; contender.py has them too
-
 /// Answers every line: compute() is timed, describe(result) tells volume, area and counts of what it found.
 template <class Compute, class Describe>
 void contend(const std::string& version, Compute&& compute, Describe&& describe) {
