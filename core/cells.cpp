@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "core/closed_form.hpp"
 #include "core/error.hpp"
@@ -128,16 +129,35 @@ void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
     batch.boxes.insert(batch.boxes.end(), boxes.begin(), boxes.end());
     cut_region(tile, first_indices(boxes.size()), steps, 0);
   }
-  for (std::size_t c = first_cell; c < batch.cells.size();) {
+  add_runs(first_cell, origin, run_cost);
+}
+
+/// Sorts the cells from `first` on by their numbers of boxes, as far as these are usual, so that runs side by
+/// side take alike long: devices may run them in lockstep.
+void TileCutter::sort_by_count(std::size_t first) {
+  const std::span<Cell> cells = std::span(batch_->cells).subspan(first);
+  std::array<std::size_t, kRanks + 1> place{};
+  const auto bucket = [](const Cell& cell) { return std::min(cell.count, kRanks - 1); };
+  for (const Cell& cell : cells) ++place[bucket(cell) + 1];
+  std::inclusive_scan(place.begin(), place.end(), place.begin());
+  unsorted_.assign(cells.begin(), cells.end());
+  for (const Cell& cell : unsorted_) cells[place[bucket(cell)]++] = cell;
+}
+
+/// Groups the cells of the tile from `first` on into runs.
+void TileCutter::add_runs(std::size_t first, const std::array<std::uint32_t, 3>& origin,
+                          std::uint64_t run_cost) {
+  CellBatch& batch = *batch_;
+  const auto cost_of = [&](std::size_t c) {
+    const std::uint64_t count = batch.cells[c].count;
+    return count * count + 4 + (batch.programs.empty() ? 0 : kStepCost * batch.programs[c].count);
+  };
+  std::uint64_t all = 0;
+  for (std::size_t c = first; c < batch.cells.size(); ++c) all += cost_of(c);
+  if (all > run_cost && batch.programs.empty()) sort_by_count(first);
+  for (std::size_t c = first; c < batch.cells.size();) {
     CellRun run{std::uint32_t(c), 0, origin};
-    std::uint64_t cost = 0;
-    do {
-      const std::uint64_t count = batch.cells[c].count;
-      cost += count * count + 4;
-      if (!batch.programs.empty()) cost += kStepCost * batch.programs[c].count;
-      ++c;
-      ++run.count;
-    } while (c < batch.cells.size() && cost < run_cost);
+    for (std::uint64_t cost = 0; c < batch.cells.size() && cost < run_cost; ++run.count) cost += cost_of(c++);
     batch.runs.push_back(run);
   }
 }

@@ -163,6 +163,8 @@ class TileCutter {
   void add_cell(const PackedRegion& region, Items items, Steps steps = {});
   void add_program(const PackedRegion& region, Items items, Steps steps);
   void add_covered(const PackedRegion& region);
+  void sort_by_count(std::size_t first);
+  void add_runs(std::size_t first, const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost);
   bool has_operands() const { return !presence_.empty(); }
 
   Tuning tuning_;
@@ -185,7 +187,8 @@ class TileCutter {
   std::vector<Presence> presence_;     // by operand
   std::vector<CellBoxes> cell_boxes_;  // by operand
   Level cluster_;
-  std::vector<std::uint32_t> stack_;               // boxes of the cells being halved
+  std::vector<std::uint32_t> stack_;  // boxes of the cells being halved
+  std::vector<Cell> unsorted_;
   std::array<std::vector<std::uint32_t>, 3> own_;  // coordinates that a region owns
 };
 

@@ -206,9 +206,8 @@ class CellRunner {
     std::size_t end = tile, boxes = 0;
     while (end < tiles() && (boxes == 0 || boxes + count(end) <= capacity / 4)) boxes += count(end++);
     std::mutex mutex;
-    PerThread<CellBatch> parts;
     parallel_ranges(tile, end, 1, [&](std::size_t first, std::size_t last) {
-      CellBatch& part = parts.local();
+      CellBatch& part = parts_.local();
       part.clear();
       for (std::size_t t = first; t < last; ++t) cut(t, kRunCost, part);
       const std::lock_guard lock(mutex);
@@ -223,6 +222,7 @@ class CellRunner {
   const CellSink& sink_;
   Report& report_;
   PerThread<Cutter> cutters_;
+  PerThread<CellBatch> parts_;  // of the batch at work
   CellBatch batches_[2];
   std::atomic<std::size_t> done_ = 0;
 };
