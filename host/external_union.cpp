@@ -280,9 +280,6 @@ class ExternalUnion::Run {
   std::uint64_t bytes() const { return budget_.bytes - base_; }
   ScratchFile scratch_file() const { return ScratchFile(budget_.scratch, options_.interrupted); }
   Report& report() { return report_; }
-  std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
-    return base_ + file_.size() * box_bytes() + vertices * bytes_a_vertex;
-  }
 
   void expect_passes(unsigned passes) { passes_ = passes; }
   void begin_pass(std::uint64_t count) {
@@ -436,9 +433,6 @@ std::uint64_t ExternalUnion::degenerate_boxes() const {
 }
 std::uint64_t ExternalUnion::slabs() const {
   return run_->slabs();
-}
-std::uint64_t ExternalUnion::bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
-  return run_->bytes_in_memory(vertices, bytes_a_vertex);
 }
 MassProperties ExternalUnion::measure() {
   return run_->measure();

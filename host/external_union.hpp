@@ -77,8 +77,6 @@ class ExternalUnion {
   }
   /// Slabs that went through the engine so far.
   std::uint64_t slabs() const;
-  /// Memory that the union would take all at once, as vertices, with `bytes_a_vertex` for each of them.
-  std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const;
 
   /// Throws Error(resources) where boxes lie too deep over each other for slabs that fit, or the disk is
   /// full; Error(interrupted); and as boxunion::measure does.

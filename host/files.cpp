@@ -63,10 +63,6 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
   std::string all;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (extension == extension_of(expected[i])) {
-#ifndef BOXUNION_HAVE_LIB3MF
-      if (expected[i] == FileFormat::threemf)
-        throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without lib3mf", path));
-#endif
 #ifndef BOXUNION_HAVE_TIFF
       if (expected[i] == FileFormat::tif || expected[i] == FileFormat::tiff)
         throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without libtiff", path));
@@ -226,15 +222,21 @@ MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t poin
     case FileFormat::stl:
       stl::write_header(file_, triangles);
       break;
+    case FileFormat::threemf:
+      threemf_ = std::make_unique<threemf::Writer>(file_, points, triangles);
+      break;
     default:
-      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format that is written in parts", file.path()));
+      throw Error(ErrorKind::usage, fmt::format("{}: no format of meshes", file.path()));
   }
 }
+
+MeshWriter::~MeshWriter() = default;
 
 void MeshWriter::write_points(std::span<const Point> points) {
   if (format_ == FileFormat::obj) obj::write_points(file_, points);
   if (format_ == FileFormat::ply) ply::write_points(file_, points);
   if (format_ == FileFormat::off) off::write_points(file_, points);
+  if (threemf_) threemf_->write_points(points);
 }
 
 void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
@@ -242,23 +244,21 @@ void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
   if (format_ == FileFormat::obj) obj::write_faces(file_, faces, triangulation, triangles_only_);
   if (format_ == FileFormat::ply) ply::write_triangles(file_, triangulation.triangles);
   if (format_ == FileFormat::off) off::write_triangles(file_, triangulation.triangles);
+  if (threemf_) threemf_->write_triangles(triangulation.triangles);
   if (format_ == FileFormat::stl) exact_ &= stl::write_triangles(file_, points, faces, triangulation);
 }
 
+void MeshWriter::finish() {
+  if (threemf_) threemf_->finish();
+}
+
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
-  bool exact = true;
-  if (file_format(file.path(), kBoundaryFormats) == FileFormat::threemf) {
-#ifdef BOXUNION_HAVE_LIB3MF
-    exact = threemf::write(file, brep.points, triangulation.triangles);
-#endif
-  } else {
-    MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
-    writer.write_points(brep.points);
-    writer.write_faces(brep.points, brep.faces, triangulation);
-    exact = writer.exact();
-  }
+  MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
+  writer.write_points(brep.points);
+  writer.write_faces(brep.points, brep.faces, triangulation);
+  writer.finish();
   file.commit();
-  return exact;
+  return writer.exact();
 }
 
 }  // namespace boxunion

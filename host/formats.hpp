@@ -20,6 +20,7 @@
 #include "host/npy_header.hpp"
 #include "host/output.hpp"
 #include "host/volume.hpp"
+#include "host/zip.hpp"
 
 // The formats behind files.hpp, which says what each reads and writes.
 
@@ -141,7 +142,20 @@ bool write_triangles(OutputFile& file, std::span<const Point> points, const Face
 
 namespace boxunion::threemf {
 
-/// Returns false if a coordinate was rounded.
-bool write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+/// Writes a mesh as a package of one model: all points, then all triangles.
+class Writer {
+ public:
+  /// Writes to `file` exactly so many points and triangles. Throws Error(resources) where the format has not
+  /// so many.
+  Writer(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+  void write_points(std::span<const Point> points);
+  void write_triangles(std::span<const Triangle> triangles);
+  void finish();
+
+ private:
+  ZipWriter package_;
+  std::uint64_t points_left_;
+  bool has_mesh_;  ///< a mesh without triangles would be none
+};
 
 }  // namespace boxunion::threemf

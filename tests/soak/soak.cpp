@@ -169,8 +169,9 @@ Slabs make_slabs(Random& random, const Job& job) {
   slabs.boxes = std::uint64_t(random.between(2, 2.0 * double(job.count)));
   const bool lean = job.options.device == "native" && job.options.method == Method::cells && random.one_in(2);
   slabs.bytes = lean ? 101 << 20 : std::uint64_t{2} << 30;
-  slabs.file = random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
-                                           "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl"});
+  slabs.file =
+      random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
+                                  "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl", "a.3mf"});
   if (job.count > 2000 && slabs.file == "oudb.npy") slabs.file = "cudb.npy";
   if (slabs.file.starts_with("oudb")) slabs.model = BoxModel::oudb;
   if (slabs.file.starts_with("cudb")) slabs.model = BoxModel::cudb;
