@@ -167,10 +167,14 @@ TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
     });
   for (const std::optional<AxisOrder> order : {std::optional(kAxisOrders[1]), std::optional<AxisOrder>()})
     check([&](ExternalUnion& solid, Report& report) {
-      decompose(solid, BoxModel::cudb, order, open_output(folder.file("a.npy")), report);
+      decompose(solid, BoxModel::cudb, order, {}, open_output(folder.file("a.npy")), report);
     });
   check([&](ExternalUnion& solid, Report& report) {
-    decompose(solid, {}, kAxisOrders[2], open_output(folder.file("a.npy")), report);
+    decompose(solid, BoxModel::oudb, kAxisOrders[3], Connectivity::faces, open_output(folder.file("a.npy")),
+              report);
+  });
+  check([&](ExternalUnion& solid, Report& report) {
+    decompose(solid, {}, kAxisOrders[2], {}, open_output(folder.file("a.npy")), report);
   });
 }
 
