@@ -79,7 +79,8 @@ class ExternalUnion {
   std::uint64_t slabs() const;
 
   /// Throws Error(resources) where boxes lie too deep over each other for slabs that fit, or the disk is
-  /// full; Error(interrupted); and as boxunion::measure does.
+  /// full; Error(interrupted); and as boxunion::measure does. Report::statistics, if asked for, are those
+  /// from memory, Report::cells those of all slabs.
   MassProperties measure();
 
   /// What is left of the budget for boxes, vertices and whatever is made of them.

@@ -102,6 +102,24 @@ TEST(ExternalMass, SlabsOfFewBoxesAreSummedInOneWay) {
   }
 }
 
+TEST(ExternalStatistics, AreThoseFromMemory) {
+  const TemporaryFolder scratch;
+  for (const Input& input : external_inputs()) {
+    SCOPED_TRACE(input.name);
+    const bool deep = input.name == "wide" || input.name == "large" || input.name == "degenerate";
+    const BoxesInMemory file(input.boxes);
+    const Options options{.device = "native", .statistics = true};
+    Report expected, found;
+    const MassProperties mass = measure(input.boxes, options, &expected);
+    ExternalUnion slabs(file, options, {std::uint64_t{1} << 30, scratch.path(), deep ? 0 : 1500u}, found);
+    EXPECT_TRUE(slabs.measure() == mass);
+    ASSERT_TRUE(found.statistics);
+    EXPECT_EQ(found.statistics->boxes, expected.statistics->boxes);
+    EXPECT_EQ(found.statistics->vertices, expected.statistics->vertices);
+    EXPECT_EQ(found.cells.cells > 0, expected.cells.cells > 0);
+  }
+}
+
 TEST(ExternalCuts, GoAsFarAsTheyHelp) {
   const BoxSet wide = collect(generate_boxes(2000, 1, 1 << 28, (1ll << 31) - 1, 5));
   External::expect_same({"wide", wide}, {.device = "native"}, 900);
@@ -220,6 +238,12 @@ TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
     EXPECT_EQ(results(found), expected) << memory;
     EXPECT_EQ(found.at("slabs") == 1, memory == "1G");
   }
+  const auto statistics = [&](const std::string& memory) {
+    nlohmann::json found = json("measure a.npy --statistics" + memory + native).at("statistics");
+    for (const char* key : {"cells", "covered_cells", "cell_box_overlaps"}) EXPECT_EQ(found.erase(key), 1u);
+    return found;
+  };
+  EXPECT_EQ(statistics(" --memory 102M"), statistics(""));
   // 200 000 KB for boxes that take 240 MB as doubles, and more than that as vertices
   run("generate boxes --count 200000 --max-edge 60 -o b.csv --quiet");
   run("boundary b.csv -o expected.npy --device native");
