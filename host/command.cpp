@@ -209,7 +209,7 @@ void measure(const std::string& input, const Common& common) {
   const MassProperties mass = with_threads(common.engine.threads, common.interrupted, [&] {
     if (common.budget) {
       const Options options = engine_options(common, bar);
-      const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+      const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
       ExternalUnion external(*file, options, *common.budget, report);
       const MassProperties found = external.measure();
       boxes = file->size();
@@ -271,7 +271,7 @@ void boundary_within(const std::string& input, const std::string& output,
   std::uint64_t slabs = 0;
   const bool has_faces = common.json || is_mesh(format);
   with_threads(common.engine.threads, common.interrupted, [&] {
-    const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+    const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
     ExternalUnion external(*file, options, *common.budget, report);
     if (has_faces)
       found = write_boundary(external, contacts_of(boundary_options, format), boundary_options.triangles,

@@ -74,7 +74,7 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   with_threads(common.engine.threads, common.interrupted, [&] {
     const Options options = engine_options(common, bar);
     if (common.budget) {
-      const auto boxes = open_boxes(input, common.budget->scratch, common.interrupted);
+      const auto boxes = open_boxes(input, *common.budget, common.interrupted, common.volume);
       ExternalUnion solid(*boxes, options, *common.budget, report);
       const ExternalModel made = decompose(solid, model, decompose_options.order,
                                            decompose_options.connectivity, std::move(file), report);

@@ -12,19 +12,11 @@
 #include "core/radix_sort.hpp"
 #include "core/solid.hpp"
 #include "host/box_file.hpp"
+#include "host/budget.hpp"
 #include "host/engine.hpp"
 #include "host/scratch.hpp"
 
 namespace boxunion {
-
-/// How much memory a union may take, and where the rest goes.
-struct Budget {
-  /// Of the whole process on the native device: what boxunion allocates, its code and its threads. What the
-  /// drivers of other devices allocate, as far as boxunion does not ask for it, is beyond it.
-  std::uint64_t bytes = 0;
-  std::string scratch;           ///< folder for nameless files
-  std::uint64_t slab_boxes = 0;  ///< if not 0, the most boxes of a slab, even where more would fit
-};
 
 /// A vertex outside of memory. Its coordinates C are ordinals where all axes of the union are lattices, else
 /// ordered_bits, which need no axes.

@@ -80,19 +80,29 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
                                 : fmt::format("{}: unknown extension {}, expected {}", path, extension, all));
 }
 
+InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
+                      const VolumeOptions& options) {
+  InputBoxes input;
+  input.format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
+  input.file = std::make_shared<InputFile>(path, interrupted);
+  const std::string& name = input.file->name();
+  const bool is_scene = input.format == FileFormat::vox;
+  if (options.model && !is_scene)
+    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", name));
+  if (input.format != FileFormat::csv && !is_scene)
+    input.voxels = open_volume(input.file, input.format, options, interrupted);
+  if (options.threshold && !input.voxels && !is_scene)
+    throw Error(ErrorKind::usage, fmt::format("{}: found boxes, but a threshold is for voxels", name));
+  return input;
+}
+
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
                   const VolumeOptions& volume) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
-  const auto file = std::make_shared<InputFile>(path, interrupted);
-  if (volume.model && format != FileFormat::vox)
-    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", file->name()));
-  if (format == FileFormat::vox) return vox::read_boxes(*file, volume);
-  if (format != FileFormat::csv)
-    if (const auto stream = open_volume(file, format, volume, interrupted)) return voxel_boxes(*stream);
-  if (volume.threshold)
-    throw Error(ErrorKind::usage,
-                fmt::format("{}: found boxes, but a threshold is for voxels", file->name()));
-  return format == FileFormat::csv ? csv::read_boxes(*file) : npy::read_boxes(file, npy::read_header(*file));
+  const InputBoxes input = open_input(path, interrupted, volume);
+  if (input.format == FileFormat::vox) return vox::read_boxes(*input.file, volume);
+  if (input.voxels) return voxel_boxes(*input.voxels);
+  return input.format == FileFormat::csv ? csv::read_boxes(*input.file)
+                                         : npy::read_boxes(input.file, npy::read_header(*input.file));
 }
 
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,

@@ -29,6 +29,18 @@ namespace boxunion {
 enum class FileFormat;
 class BoxFile;
 
+/// A file of boxes or voxels, open.
+struct InputBoxes {
+  std::shared_ptr<InputFile> file;
+  FileFormat format;
+  std::optional<VoxelStream> voxels;  ///< of a volume, but of .vox
+};
+
+/// Opens a file; "-" is CSV on standard input. Throws Error(input) where that fails and Error(usage) for
+/// options that are not for what it has.
+InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
+                      const VolumeOptions& options);
+
 /// The voxels of a file of a format that is neither .csv nor .vox; nothing if it is an NPY file of boxes.
 std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
                                        const VolumeOptions& options, const std::atomic<bool>* interrupted);

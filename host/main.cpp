@@ -416,11 +416,10 @@ class CommandLine {
     CLI::Option* memory =
         sub->add_option(
                "--memory", memory_,
-               "Memory to do with, for example 2G or 512M: boxes (.csv, .npy) that do not fit are cut into "
-               "slabs on disk; the result is the same")
+               "Memory to do with, for example 2G or 512M: boxes that do not fit are cut into slabs on disk; "
+               "the result is the same; not for .vox")
             ->type_name("SIZE")
-            ->transform(CLI::AsSizeValue(false))
-            ->excludes("--threshold");
+            ->transform(CLI::AsSizeValue(false));
     sub->add_option("--scratch", scratch_,
                     "Folder for slabs and what is sorted on disk (default: $TMPDIR or /tmp)")
         ->needs(memory);

@@ -514,6 +514,39 @@ TEST_F(Command, VolumesAreStreamedNotHeld) {
   EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 1);
 }
 
+TEST_F(Command, VolumesTakeAMemoryBudget) {
+  run("generate porous --size 120 --feature 2 --volume -o v.npy --quiet");
+  for (const std::string task :
+       {"measure v.npy", "measure v.npy --threshold 2", "measure v.npy --statistics",
+        "decompose v.npy --connectivity 6 -o out.npy", "boundary v.npy -o out.3mf"}) {
+    SCOPED_TRACE(task);
+    const auto results = [&](const std::string& memory) {
+      nlohmann::json found = json(task + " --device native --json" + memory);
+      if (!memory.empty()) {
+        EXPECT_EQ(found.at("slabs") > 1, !task.ends_with("2"));
+      }
+      for (const char* key : {"seconds", "slabs"}) found.erase(key);
+      if (found.contains("statistics"))
+        for (const char* key : {"cells", "covered_cells", "cell_box_overlaps"})
+          found.at("statistics").erase(key);
+      return found;
+    };
+    const nlohmann::json expected = results("");
+    const std::string name = expected.value("output", "v.npy"), file = folder_.read(name);
+    EXPECT_EQ(results(" --memory 108M"), expected);
+    EXPECT_TRUE(folder_.read(name) == file);
+  }
+  folder_.write("s.vox", "");
+  expect_error("measure s.vox --memory 1G", 2, "s.vox: a memory budget is not for .vox files");
+  const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1, 4000, 4000), }\n";
+  const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
+  folder_.write("flat.npy", start);
+  std::filesystem::resize_file(folder_.file("flat.npy"), start.size() + 16'000'000);
+  expect_error("measure flat.npy --memory 512M", 5,
+               "flat.npy: slices of the volume may take 841 MiB, more than --memory gives");
+  EXPECT_EQ(json("measure flat.npy --memory 1G --json").at("volume"), 0);
+}
+
 TEST_F(Command, DevicesAlwaysListsTheNativeOne) {
   const nlohmann::json result = json("devices --json");
   EXPECT_EQ(result.at("devices").at(0).at("id"), "native");
