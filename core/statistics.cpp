@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 15;
 
-/// Exact sums of boxes of 32-bit integers: edges below 2^32, so 2^31 boxes fit.
+/// Exact sums of boxes of 32-bit integers: edges below 2^32, so 2^32 boxes fit.
 class IntegerSums {
  public:
   void add(const IntegerBox& box) {
