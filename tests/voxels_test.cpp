@@ -149,8 +149,8 @@ TEST(VoxelBoxes, HaveTheVolumeAndAreaOfTheVoxels) {
 TEST(VoxelBoxes, AreTheSameWhereTheyStream) {
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    Volume volume = seed == 0 ? generate_porous({200, 150, 100}, {.pores = 0.5, .feature = 2}, 1)
-                              : random_volume(seed);
+    Volume volume =
+        seed == 0 ? generate_porous({200, 150, 100}, {.pores = 0.5, .feature = 2}, 1) : random_volume(seed);
     if (seed % 2) volume.grid.spacing = {0.5, -0.1, 3};
     std::vector<Box> expected = double_boxes(volume), found;
     bool are_doubles = false;
