@@ -35,11 +35,11 @@ need() {
 build_packages=(
   g++ cmake ninja-build libtbb-dev libfmt-dev libcli11-dev libfast-float-dev nlohmann-json3-dev libboost-dev zlib1g-dev
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libvulkan-dev mesa-vulkan-drivers glslang-tools lib3mf-dev libtiff-dev
+  libvulkan-dev mesa-vulkan-drivers glslang-tools libtiff-dev
 )
 # What the tests, benchmarks and checkers need besides.
 check_packages=(
-  libgtest-dev librapidcheck-dev libgmp-dev libbenchmark-dev
+  libgtest-dev librapidcheck-dev libgmp-dev libbenchmark-dev lib3mf-dev
   clang clang-format python3 spirv-tools oclgrind vulkan-validationlayers valgrind
 )
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/face_join.hpp"
 #include "core/parallel.hpp"
 #include "core/radix_sort.hpp"
 
@@ -64,82 +65,28 @@ std::vector<PlaneFaces> match_planes(std::span<const Face> below, std::span<cons
   return planes;
 }
 
-/// Finds the faces of one set that overlap those of another one in the same plane. Faces of one set do not
-/// overlap each other, so those that cross the line of a sweep along p are sorted by q.
-class PlaneJoin {
- public:
-  /// Whether faces that only touch on p, or on q, count as well.
-  PlaneJoin(bool touch_p, bool touch_q) : touch_p_(touch_p), touch_q_(touch_q) {}
+/// Takes the faces from the front that begin at p.
+std::span<const Face> take_begun(std::span<const Face>& faces, std::uint32_t p) {
+  std::size_t count = 0;
+  while (count < faces.size() && faces[count].p_lo == p) ++count;
+  const std::span<const Face> taken = faces.first(count);
+  faces = faces.subspan(count);
+  return taken;
+}
 
-  /// Both sets are sorted by p, then q.
-  void operator()(PlaneFaces faces, std::vector<Pair>& pairs) {
-    auto& [below, above] = faces;
-    below_.faces.clear();
-    above_.faces.clear();
-    while (!below.empty() || !above.empty()) {
-      const std::uint32_t p = std::min(below.empty() ? above[0].p_lo : below[0].p_lo,
-                                       above.empty() ? below[0].p_lo : above[0].p_lo);
-      const std::span<const Face> new_below = take_begun(below, p), new_above = take_begun(above, p);
-      for (const Face& f : new_below) {
-        const auto add = [&](const Face& other) { pairs.push_back({f.box, other.box}); };
-        for_each_overlap(f, above_.faces, add);
-        for_each_overlap(f, new_above, add);
-      }
-      for (const Face& f : new_above)
-        for_each_overlap(f, below_.faces, [&](const Face& other) { pairs.push_back({other.box, f.box}); });
-      below_.insert(new_below);
-      above_.insert(new_above);
-    }
+/// Finds the pairs of a plane. Both of its sets are sorted by p, then q.
+void join_plane(PlaneFaces faces, FaceJoin<Face>& join, std::vector<Pair>& pairs) {
+  auto& [below, above] = faces;
+  join.clear();
+  while (!below.empty() || !above.empty()) {
+    const std::uint32_t p = std::min(below.empty() ? above[0].p_lo : below[0].p_lo,
+                                     above.empty() ? below[0].p_lo : above[0].p_lo);
+    const std::span<const Face> new_below = take_begun(below, p), new_above = take_begun(above, p);
+    join.advance(new_below, new_above, [&](const Face& f, const Face& g) {
+      pairs.push_back({f.box, g.box});
+    });
   }
-
- private:
-  /// Faces that the sweep has reached, sorted by q. Those that it has left stay until others take their place
-  /// or they have become too many.
-  struct Line {
-    std::vector<Face> faces;
-    std::size_t limit = 64;
-
-    void insert(std::span<const Face> begun) {
-      for (const Face& f : begun) {
-        const auto first = std::partition_point(faces.begin(), faces.end(),
-                                                [&](const Face& old) { return old.q_hi <= f.q_lo; });
-        auto last = first;
-        while (last != faces.end() && last->q_lo < f.q_hi) ++last;
-        if (first == last) {
-          faces.insert(first, f);
-        } else {
-          *first = f;
-          faces.erase(first + 1, last);
-        }
-      }
-      if (faces.size() <= limit) return;
-      std::erase_if(faces, [p = begun[0].p_lo](const Face& old) { return old.p_hi <= p; });
-      limit = 2 * faces.size() + 64;
-    }
-  };
-
-  static std::span<const Face> take_begun(std::span<const Face>& faces, std::uint32_t p) {
-    std::size_t count = 0;
-    while (count < faces.size() && faces[count].p_lo == p) ++count;
-    const std::span<const Face> taken = faces.first(count);
-    faces = faces.subspan(count);
-    return taken;
-  }
-
-  /// Of `line`, which has faces that begin at f's low end of p or before.
-  template <class Add>
-  void for_each_overlap(const Face& f, std::span<const Face> line, Add&& add) const {
-    const auto is_before = [&](const Face& other) {
-      return touch_q_ ? other.q_hi < f.q_lo : other.q_hi <= f.q_lo;
-    };
-    for (auto i = std::partition_point(line.begin(), line.end(), is_before);
-         i != line.end() && (touch_q_ ? i->q_lo <= f.q_hi : i->q_lo < f.q_hi); ++i)
-      if (touch_p_ ? i->p_hi >= f.p_lo : i->p_hi > f.p_lo) add(*i);
-  }
-
-  bool touch_p_, touch_q_;
-  Line below_, above_;
-};
+}
 
 /// The lists of entries that for_each_entry(add) gives to add(box, neighbor), in its order; it is called
 /// twice.
@@ -176,12 +123,12 @@ Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connec
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const Array<Face> high = find_faces(boxes, axis, true), low = find_faces(boxes, axis, false);
     const std::vector<PlaneFaces> planes = match_planes(high, low);
-    PerThread<PlaneJoin> joins([&] { return PlaneJoin(touch && axis == 0, touch); });
+    PerThread<FaceJoin<Face>> joins([&] { return FaceJoin<Face>(touch && axis == 0, touch); });
     PerThread<std::vector<Pair>> pairs;
     parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
-      PlaneJoin& join = joins.local();
+      FaceJoin<Face>& join = joins.local();
       std::vector<Pair>& found = pairs.local();
-      for (std::size_t i = begin; i < end; ++i) join(planes[i], found);
+      for (std::size_t i = begin; i < end; ++i) join_plane(planes[i], join, found);
     });
     std::size_t count = 0;
     pairs.for_each([&](const std::vector<Pair>& part) { count += part.size(); });

@@ -20,7 +20,6 @@ struct NeighborLists {
   std::span<const std::uint32_t> operator[](std::size_t i) const {
     return std::span(boxes).subspan(offsets[i], offsets[i + 1] - offsets[i]);
   }
-  std::size_t bytes() const { return offsets.size() * sizeof(offsets[0]) + boxes.size() * sizeof(boxes[0]); }
 };
 
 /// The neighbours of the boxes of a decomposition (Cruz-Matías and Ayala, section 3): across their ends on A
@@ -29,8 +28,12 @@ struct NeighborLists {
 struct Adjacency {
   std::array<NeighborLists, 2> backward, forward;  ///< on A and on B
 
-  std::size_t bytes() const {
-    return backward[0].bytes() + backward[1].bytes() + forward[0].bytes() + forward[1].bytes();
+  /// Pairs of neighbours.
+  std::uint64_t pairs() const { return forward[0].boxes.size() + forward[1].boxes.size(); }
+  /// The memory of the lists, and of those of so many boxes and pairs.
+  std::uint64_t bytes() const { return bytes_of(forward[0].offsets.size() - 1, pairs()); }
+  static constexpr std::uint64_t bytes_of(std::uint64_t boxes, std::uint64_t pairs) {
+    return 4 * (boxes + 1) * sizeof(std::uint64_t) + 2 * pairs * sizeof(std::uint32_t);
   }
 };
 

@@ -2,7 +2,7 @@
 
 #include <bit>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "core/exact.hpp"
 #include "core/octants.hpp"
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 15;
 
-/// Exact sums of boxes of 32-bit integers: edges below 2^32, so 2^31 boxes fit.
+/// Exact sums of boxes of 32-bit integers: edges below 2^32, so 2^32 boxes fit.
 class IntegerSums {
  public:
   void add(const IntegerBox& box) {
@@ -22,11 +22,6 @@ class IntegerSums {
     volume_ += edge[0] * yz;
     area_ += 2 * (yz + UInt128(edge[0]) * (edge[1] + edge[2]));
     length_ += 4 * (UInt128(edge[0]) + edge[1] + edge[2]);
-  }
-  void add(const IntegerSums& other) {
-    volume_ += other.volume_;
-    area_ += other.area_;
-    length_ += other.length_;
   }
   Dyadic volume() const { return {BigInteger(volume_), 0}; }
   Dyadic area() const { return {BigInteger(area_), 0}; }
@@ -97,56 +92,60 @@ class DoubleSums {
         }
       }
   }
-  void add(const DoubleSums& other) {
-    total_[0] = total_[0] + other.volume();
-    total_[1] = total_[1] + other.total_[1] + other.area_.total();
-    total_[2] = total_[2] + other.total_[2] + other.length_.total();
-  }
-  Dyadic volume() const { return total_[0] + volume_.total(); }
-  Dyadic area() const { return 2 * (total_[1] + area_.total()); }
-  Dyadic length() const { return 4 * (total_[2] + length_.total()); }
+  Dyadic volume() const { return volume_.total(); }
+  Dyadic area() const { return 2 * area_.total(); }
+  Dyadic length() const { return 4 * length_.total(); }
 
  private:
   PlacedSum volume_{3 * Term::kLeastExponent, 3 * Term::kGreatestPlace, 3};
   PlacedSum area_{2 * Term::kLeastExponent, 2 * Term::kGreatestPlace, 2};
   PlacedSum length_{Term::kLeastExponent, Term::kGreatestPlace, 1};
-  std::array<Dyadic, 3> total_;  // of others
 };
-
-template <class Sums, class T>
-BoxSums sum_all(const std::vector<BoxOf<T>>& boxes) {
-  struct Share {
-    Sums sums;
-    std::uint64_t vertices = 0;
-  };
-  PerThread<Share> shares;
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    Share& mine = shares.local();
-    for (std::size_t i = begin; i < end; ++i) {
-      const BoxOf<T>& b = boxes[i];
-      if (b[0] == b[3] || b[1] == b[4] || b[2] == b[5]) continue;
-      mine.sums.add(b);
-      mine.vertices += 8;
-    }
-  });
-  Share all;
-  shares.for_each([&](const Share& share) {
-    all.sums.add(share.sums);
-    all.vertices += share.vertices;
-  });
-  return {round_to_double(all.sums.volume()), round_to_double(all.sums.area()),
-          round_to_double(all.sums.length()), all.vertices};
-}
 
 }  // namespace
 
-BoxSums sum_boxes(const BoxSet& set) {
-  return set.visit([]<class T>(const std::vector<BoxOf<T>>& boxes) {
-    if constexpr (std::is_same_v<T, std::int32_t>)
-      return sum_all<IntegerSums>(boxes);
-    else
-      return sum_all<DoubleSums>(boxes);
+struct BoxSummer::Share {
+  IntegerSums integers;
+  DoubleSums doubles;
+  std::uint64_t vertices = 0;
+
+  void add(const IntegerBox& box) { integers.add(box); }
+  void add(const Box& box) { doubles.add(box); }
+};
+
+BoxSummer::BoxSummer() : shares_(std::make_unique<PerThread<Share>>()) {}
+BoxSummer::~BoxSummer() = default;
+
+void BoxSummer::add(const BoxSet& set) {
+  set.visit([&]<class T>(const std::vector<BoxOf<T>>& boxes) {
+    parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      Share& mine = shares_->local();
+      for (std::size_t i = begin; i < end; ++i) {
+        const BoxOf<T>& b = boxes[i];
+        if (b[0] == b[3] || b[1] == b[4] || b[2] == b[5]) continue;
+        mine.add(b);
+        mine.vertices += 8;
+      }
+    });
   });
+}
+
+BoxSums BoxSummer::sums() const {
+  Dyadic volume, area, length;
+  std::uint64_t vertices = 0;
+  std::as_const(*shares_).for_each([&](const Share& share) {
+    volume = volume + share.integers.volume() + share.doubles.volume();
+    area = area + share.integers.area() + share.doubles.area();
+    length = length + share.integers.length() + share.doubles.length();
+    vertices += share.vertices;
+  });
+  return {round_to_double(volume), round_to_double(area), round_to_double(length), vertices};
+}
+
+BoxSums sum_boxes(const BoxSet& boxes) {
+  BoxSummer summer;
+  summer.add(boxes);
+  return summer.sums();
 }
 
 void MaskCounter::add(std::span<const Vertex> vertices) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/box.hpp"
@@ -21,5 +23,12 @@ std::vector<IntegerBox> index_boxes(const VoxelStream& stream);
 ///
 /// Throws Error(input) if an edge is beyond the doubles.
 BoxSet voxel_boxes(const VoxelStream& stream);
+
+/// Gives the same boxes to `take`, some at a time, as the slices pass them: only those that reach the slice
+/// and a few slices are in memory. Throws as voxel_boxes does.
+void stream_voxel_boxes(const VoxelStream& stream, const std::function<void(const BoxSet&)>& take);
+
+/// The memory that streaming may take, about, whatever the voxels are.
+std::uint64_t stream_bytes(const VoxelGrid& grid);
 
 }  // namespace boxunion

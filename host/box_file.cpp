@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/voxel_boxes.hpp"
 #include "host/files.hpp"
 #include "host/formats.hpp"
 #include "host/scratch.hpp"
@@ -13,38 +14,62 @@
 namespace boxunion {
 namespace {
 
-/// What a text file says, as binary numbers.
-class ParsedFile final : public BoxFile {
+/// What a file says that must be read from its start, as binary numbers of one type.
+class SpooledFile final : public BoxFile {
  public:
-  ParsedFile(InputFile& file, const std::string& scratch, const std::atomic<bool>* interrupted)
-      : name_(file.name()), parsed_(scratch, interrupted) {
-    csv::stream_boxes(file, [&](std::span<const Box> boxes) {
-      parsed_.append({reinterpret_cast<const char*>(boxes.data()), boxes.size_bytes()});
-    });
+  SpooledFile(std::string name, const std::string& scratch, const std::atomic<bool>* interrupted)
+      : name_(std::move(name)), boxes_(scratch, interrupted) {}
+
+  template <class T>
+  void append(std::span<const BoxOf<T>> boxes) {
+    is_integer_ = std::is_same_v<T, std::int32_t>;
+    boxes_.append({reinterpret_cast<const char*>(boxes.data()), boxes.size_bytes()});
   }
-  std::uint64_t size() const override { return parsed_.size() / sizeof(Box); }
+  std::uint64_t size() const override {
+    return boxes_.size() / (is_integer_ ? sizeof(IntegerBox) : sizeof(Box));
+  }
   BoxSet read(std::uint64_t begin, std::uint64_t end) const override {
-    std::vector<Box> boxes(end - begin);
-    parsed_.read_at(begin * sizeof(Box), {reinterpret_cast<char*>(boxes.data()), boxes.size() * sizeof(Box)});
-    return boxes;
+    return is_integer_ ? read_as<std::int32_t>(begin, end) : read_as<double>(begin, end);
   }
   std::string name_of(std::uint64_t row) const override { return fmt::format("{}: box {}", name_, row + 1); }
 
  private:
+  template <class T>
+  BoxSet read_as(std::uint64_t begin, std::uint64_t end) const {
+    std::vector<BoxOf<T>> boxes(end - begin);
+    boxes_.read_at(begin * sizeof(BoxOf<T>),
+                   {reinterpret_cast<char*>(boxes.data()), boxes.size() * sizeof(BoxOf<T>)});
+    return boxes;
+  }
+
   std::string name_;
-  ScratchFile parsed_;
+  ScratchFile boxes_;
+  bool is_integer_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<BoxFile> open_boxes(const std::string& path, const std::string& scratch,
-                                    const std::atomic<bool>* interrupted) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
-  if (is_volume(path))
-    throw Error(ErrorKind::usage, fmt::format("{}: a memory budget is for boxes, not for voxels", path));
-  const auto file = std::make_shared<InputFile>(path, interrupted);
-  if (format == FileFormat::csv) return std::make_unique<ParsedFile>(*file, scratch, interrupted);
-  return npy::open_boxes(file, npy::read_header(*file));
+std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
+                                    const std::atomic<bool>* interrupted, const VolumeOptions& volume) {
+  InputBoxes input = open_input(path, interrupted, volume);
+  if (input.format == FileFormat::vox)
+    throw Error(ErrorKind::usage, fmt::format("{}: a memory budget is not for .vox files", path));
+  if (!input.voxels && input.format != FileFormat::csv)
+    return npy::open_boxes(input.file, npy::read_header(*input.file));
+  auto spooled = std::make_unique<SpooledFile>(input.file->name(), budget.scratch, interrupted);
+  if (!input.voxels) {
+    csv::stream_boxes(*input.file, [&](std::span<const Box> boxes) { spooled->append(boxes); });
+    return spooled;
+  }
+  constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20;  // the process and buffers of readers
+  if (const std::uint64_t need = kBaseBytes + stream_bytes(input.voxels->grid); need > budget.bytes)
+    throw Error(ErrorKind::resources,
+                fmt::format("{}: slices of the volume may take {} MiB, more than --memory gives", path,
+                            (need >> 20) + 1));
+  stream_voxel_boxes(*input.voxels, [&](const BoxSet& set) {
+    set.visit([&](const auto& boxes) { spooled->append(std::span(boxes)); });
+  });
+  return spooled;
 }
 
 }  // namespace boxunion

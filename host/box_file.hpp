@@ -6,6 +6,8 @@
 #include <string>
 
 #include "core/box.hpp"
+#include "host/budget.hpp"
+#include "host/volume.hpp"
 
 namespace boxunion {
 
@@ -21,10 +23,12 @@ class BoxFile {
   virtual std::string name_of(std::uint64_t row) const = 0;
 };
 
-/// Opens boxes for reading in pieces: .npy as it is; .csv and standard input ("-"), which must be read from
-/// their start, are copied to a nameless file in the folder `scratch`, at 48 bytes a box. Throws as
-/// read_boxes (files.hpp) does, and Error(usage) for volumes.
-std::unique_ptr<BoxFile> open_boxes(const std::string& path, const std::string& scratch,
-                                    const std::atomic<bool>* interrupted = nullptr);
+/// Opens boxes for reading in pieces: .npy as it is; .csv, standard input ("-") and volumes, which must be
+/// read from their start, are copied to a nameless file on disk, at 48 bytes a box, or 24 where a volume's
+/// are integers. Throws as read_boxes (files.hpp) does, Error(usage) for .vox, and Error(resources) where
+/// slices of a volume may not fit the budget.
+std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
+                                    const std::atomic<bool>* interrupted = nullptr,
+                                    const VolumeOptions& volume = {});
 
 }  // namespace boxunion

@@ -28,8 +28,6 @@
 namespace boxunion::command {
 namespace {
 
-constexpr std::uint64_t kMeshBytesAVertex = 320;  ///< of vertices, faces, shells and triangles, as measured
-
 std::string json_array(const std::array<double, 3>& v) {
   return fmt::format("[{}, {}, {}]", json_number(v[0]), json_number(v[1]), json_number(v[2]));
 }
@@ -162,8 +160,8 @@ std::vector<Result> mass_results(const MassProperties& mass) {
 namespace {
 
 NonManifold contacts_of(const BoundaryOptions& options, FileFormat format) {
-  const bool has_floats = format == FileFormat::stl || format == FileFormat::threemf;
-  return options.nonmanifold.value_or(has_floats ? NonManifold::split : NonManifold::keep);
+  const bool wants_manifold = format == FileFormat::stl || format == FileFormat::threemf;
+  return options.nonmanifold.value_or(wants_manifold ? NonManifold::split : NonManifold::keep);
 }
 
 void warn_of_rounding(const std::string& output) {
@@ -211,7 +209,7 @@ void measure(const std::string& input, const Common& common) {
   const MassProperties mass = with_threads(common.engine.threads, common.interrupted, [&] {
     if (common.budget) {
       const Options options = engine_options(common, bar);
-      const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+      const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
       ExternalUnion external(*file, options, *common.budget, report);
       const MassProperties found = external.measure();
       boxes = file->size();
@@ -244,23 +242,6 @@ void measure(const std::string& input, const Common& common) {
   print_results(results, common.json);
 }
 
-void check_budget(const std::string& input, const std::string& what, std::uint64_t bytes_a_vertex,
-                  const Options& options, const Common& common) {
-  if (!common.budget) return;
-  Report report;
-  const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
-  if (input == "-")
-    throw Error(ErrorKind::usage, "standard input can be read once only, expected a file beside --memory");
-  ExternalUnion external(*file, options, *common.budget, report);
-  const std::uint64_t vertices = external.measure().vertices;
-  const std::uint64_t need = external.bytes_in_memory(vertices, bytes_a_vertex);
-  if (need > common.budget->bytes)
-    throw Error(ErrorKind::resources,
-                fmt::format("{} of {} vertices takes about {} MiB of memory, more than --memory gives; the "
-                            "other formats do with less",
-                            what, vertices, (need >> 20) + 1));
-}
-
 namespace {
 
 /// Writes the vertices of a union, and no faces, in order.
@@ -290,7 +271,7 @@ void boundary_within(const std::string& input, const std::string& output,
   std::uint64_t slabs = 0;
   const bool has_faces = common.json || is_mesh(format);
   with_threads(common.engine.threads, common.interrupted, [&] {
-    const auto file = open_boxes(input, common.budget->scratch, common.interrupted);
+    const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
     ExternalUnion external(*file, options, *common.budget, report);
     if (has_faces)
       found = write_boundary(external, contacts_of(boundary_options, format), boundary_options.triangles,
@@ -318,14 +299,12 @@ void boundary_within(const std::string& input, const std::string& output,
 
 void boundary(const std::string& input, const std::string& output, const BoundaryOptions& boundary_options,
               const Common& common) {
-  const bool in_parts = file_format(output, kBoundaryFormats) != FileFormat::threemf;
-  if (common.budget && in_parts) return boundary_within(input, output, boundary_options, common);
+  if (common.budget) return boundary_within(input, output, boundary_options, common);
   ProgressBar bar(common.quiet);
   BoundaryWriter writer(output, boundary_options, common);
   const Options options = engine_options(common, bar);
   Report report;
   with_threads(common.engine.threads, common.interrupted, [&] {
-    check_budget(input, "a mesh for .3mf", kMeshBytesAVertex, options, common);
     bar.show_part(0, 0.3);
     const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
     bar.show_part(0.3, 0.8);  // writing is the rest

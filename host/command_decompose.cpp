@@ -7,7 +7,6 @@
 
 #include "core/adjacency.hpp"
 #include "core/decomposition.hpp"
-#include "core/error.hpp"
 #include "core/evm.hpp"
 #include "host/box_file.hpp"
 #include "host/command.hpp"
@@ -47,21 +46,24 @@ Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::op
   return best;
 }
 
-/// Order, number of elements and their bytes in memory, with `more` of these.
+/// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the
+/// bytes of their lists too.
 void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
-               std::uint64_t elements, std::uint64_t more = 0) {
+               std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {
+  std::uint64_t bytes = elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>));
+  if (boxes && connectivity) {
+    results.push_back(count_result("neighbors", pairs));
+    bytes += Adjacency::bytes_of(elements, pairs);
+  }
   results.push_back(string_result("order", to_string(order)));
   results.push_back(count_result(boxes ? "boxes" : "vertices", elements));
-  results.push_back(
-      count_result("bytes", elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>)) + more));
+  results.push_back(count_result("bytes", bytes));
 }
 
 }  // namespace
 
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
                const Common& common) {
-  if (common.budget && decompose_options.connectivity)
-    throw Error(ErrorKind::usage, "--memory is not for --connectivity: nothing bounds the neighbor lists");
   ProgressBar bar(common.quiet);
   std::optional<OutputFile> file;
   if (!output.empty()) file.emplace(open_output(output, common.interrupted));
@@ -72,10 +74,11 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   with_threads(common.engine.threads, common.interrupted, [&] {
     const Options options = engine_options(common, bar);
     if (common.budget) {
-      const auto boxes = open_boxes(input, common.budget->scratch, common.interrupted);
+      const auto boxes = open_boxes(input, *common.budget, common.interrupted, common.volume);
       ExternalUnion solid(*boxes, options, *common.budget, report);
-      const ExternalModel made = decompose(solid, model, decompose_options.order, std::move(file), report);
-      add_model(results, model, made.order, made.elements);
+      const ExternalModel made = decompose(solid, model, decompose_options.order,
+                                           decompose_options.connectivity, std::move(file), report);
+      add_model(results, model, made.order, made.elements, decompose_options.connectivity, made.pairs);
       slabs = solid.slabs();
       return;
     }
@@ -84,23 +87,20 @@ void decompose(const std::string& input, const std::string& output, const Decomp
     const Evm evm = ordered_evm(solid, model, decompose_options.order);
     stages.finish("evm");
     if (!model) {
-      add_model(results, model, evm.order, evm.vertices.size());
+      add_model(results, model, evm.order, evm.vertices.size(), {}, 0);
       stages.end();
       if (file) write_extreme_vertices(evm, std::move(*file));
       return;
     }
     const Decomposition boxes = decompose(evm, *model);
     stages.finish("boxes");
-    std::size_t bytes = 0;
+    std::uint64_t pairs = 0;
     if (decompose_options.connectivity) {
-      const Adjacency adjacency = find_neighbors(boxes, *decompose_options.connectivity);
+      pairs = find_neighbors(boxes, *decompose_options.connectivity).pairs();
       stages.finish("neighbors");
-      results.push_back(
-          count_result("neighbors", adjacency.forward[0].boxes.size() + adjacency.forward[1].boxes.size()));
-      bytes = adjacency.bytes();
     }
     stages.end();
-    add_model(results, model, evm.order, boxes.boxes.size(), bytes);
+    add_model(results, model, evm.order, boxes.boxes.size(), decompose_options.connectivity, pairs);
     if (file) write_boxes(to_boxes(boxes), std::move(*file));
   });
   bar.clear();

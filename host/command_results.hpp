@@ -26,11 +26,6 @@ std::vector<Result> mass_results(const MassProperties& mass);
 /// Adds method, kernel, device and seconds.
 void add_report(std::vector<Result>& results, const Report& report);
 
-/// Throws Error(resources) where `what` is made of all vertices in memory, at so many bytes each, and these
-/// are more than the budget, if there is one; says how much it takes. Finds their number by measuring.
-void check_budget(const std::string& input, const std::string& what, std::uint64_t bytes_a_vertex,
-                  const Options& options, const Common& common);
-
 /// Writes boundaries to a file, as vertices or as a mesh. Opens it at once, before the work that fills it.
 class BoundaryWriter {
  public:

@@ -138,7 +138,10 @@ class BoundaryRun {
     watch.lap("faces");
     if (shells_) count_shells();
     watch.lap("shells");
-    if (writer_) result_.exact = writer_->exact();
+    if (writer_) {
+      writer_->finish();
+      result_.exact = writer_->exact();
+    }
     file.commit();
     watch.total();
     return result_;

@@ -30,7 +30,7 @@ struct ExternalBoundary {
 };
 
 /// Finds the boundary of a solid that does not fit memory, writes it to `file` and commits that: its
-/// vertices, or a mesh of any format but .3mf, with the same bytes as from memory.
+/// vertices, or a mesh, with the same bytes as from memory.
 ///
 /// Vertices are sorted on disk by the planes of each axis, and numbered. Whole planes of them are then a
 /// solid of their own, as far as its faces in these planes go. Throws as ExternalUnion::measure does, and

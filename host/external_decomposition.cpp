@@ -12,6 +12,7 @@
 
 #include "core/box_sweep.hpp"
 #include "core/error.hpp"
+#include "core/face_join.hpp"
 #include "core/octants.hpp"
 #include "host/sorted_runs.hpp"
 #include "host/stopwatch.hpp"
@@ -20,6 +21,16 @@ namespace boxunion {
 namespace {
 
 constexpr std::size_t kBlock = 1 << 14;  // records to write at once
+
+/// A box's face at one end of an axis, as FaceJoin takes it.
+template <class C>
+struct FaceRecord {
+  C plane, p_lo, is_above, q_lo, p_hi, q_hi;  // of one width, so that no bytes between are left unset
+
+  friend bool operator<(const FaceRecord& a, const FaceRecord& b) {
+    return std::tie(a.plane, a.p_lo, a.is_above, a.q_lo) < std::tie(b.plane, b.p_lo, b.is_above, b.q_lo);
+  }
+};
 
 /// A box on disk, its corners in the order of the axes.
 template <class C>
@@ -35,9 +46,11 @@ class Decomposer {
   Decomposer(ExternalUnion& solid, std::optional<BoxModel> model, Report& report)
       : solid_(solid), model_(model), report_(report) {}
 
-  ExternalModel run(const std::optional<AxisOrder>& wanted, std::optional<OutputFile> file) {
-    // five orders more to be sorted and six to be counted; counting boxes and a sweep, or a sweep and merging
-    solid_.expect_passes((model_ && !wanted ? 11 : 0) + (model_ ? 2 : 1));
+  ExternalModel run(const std::optional<AxisOrder>& wanted, std::optional<Connectivity> connectivity,
+                    std::optional<OutputFile> file) {
+    // five orders more to be sorted and six to be counted; a sweep and the faces of two axes; counting boxes
+    // and a sweep, or a sweep and merging
+    solid_.expect_passes((model_ && !wanted ? 11 : 0) + (model_ && connectivity ? 3 : 0) + (model_ ? 2 : 1));
     ExternalModel result;
     result.order = wanted.value_or(kAxisOrders[0]);
     std::unique_ptr<Corners> points = find_points(result.order);
@@ -48,6 +61,10 @@ class Decomposer {
     else if (!wanted)
       std::tie(result.order, count) = choose_order(points);
     watch.lap("evm");
+    if (model_ && connectivity) {
+      result.pairs = count_neighbors(*points, result.order, *connectivity);
+      watch.lap("neighbors");
+    }
     if (!count && (!file || model_ == BoxModel::oudb)) count = count_boxes(*points, result.order);
     if (!file) {
       result.elements = *count;
@@ -64,6 +81,8 @@ class Decomposer {
   using Corner = OrderedPoint<3, C>;
   using Corners = SortedRuns<Corner>;
   using Record = BoxRecord<C>;
+  using Face = FaceRecord<C>;
+  using Faces = SortedRuns<Face>;
 
   /// The extreme vertices, in order.
   std::unique_ptr<Corners> find_points(const AxisOrder& order) {
@@ -163,6 +182,48 @@ class Decomposer {
     return count;
   }
 
+  /// How many pairs of boxes are neighbours: see Adjacency.
+  std::uint64_t count_neighbors(Corners& points, const AxisOrder& order, Connectivity connectivity) {
+    const auto make_runs = [&] {
+      return std::make_unique<Faces>(solid_.bytes() / 8, 1, solid_.scratch_file());
+    };
+    const std::array<std::unique_ptr<Faces>, 2> faces = {make_runs(), make_runs()};
+    sweep(points, order, [&](const Corner& lo, const Corner& hi) {
+      for (const unsigned axis : {0u, 1u}) {
+        const unsigned p = 1 - axis;
+        faces[axis]->add(Face{lo[axis], lo[p], 1, lo[2], hi[p], hi[2]});
+        faces[axis]->add(Face{hi[axis], lo[p], 0, lo[2], hi[p], hi[2]});
+      }
+    });
+    for (const auto& runs : faces) runs->finish();
+    const bool touch = connectivity == Connectivity::points;
+    return count_pairs(*faces[0], {touch, touch}) + count_pairs(*faces[1], {false, touch});
+  }
+
+  /// Joins faces plane by plane. In memory are those that a line crosses, which a section of the sweep has
+  /// too.
+  std::uint64_t count_pairs(Faces& faces, FaceJoin<Face> join) {
+    std::uint64_t pairs = 0;
+    std::vector<Face> below, above;  // that begin at a line
+    C plane = 0, p = 0;
+    const auto advance = [&] {
+      join.advance(below, above, [&](const Face&, const Face&) { ++pairs; });
+      below.clear();
+      above.clear();
+    };
+    each_block(faces, solid_.bytes() / 4, [&](std::span<const Face> block) {
+      for (const Face& f : block) {
+        if (f.plane != plane || f.p_lo != p) advance();
+        if (f.plane != plane) join.clear();
+        plane = f.plane;
+        p = f.p_lo;
+        (f.is_above ? above : below).push_back(f);
+      }
+    });
+    advance();
+    return pairs;
+  }
+
   /// Writes the elements and returns how many these are; `count` is known beforehand but for the CUDB.
   std::uint64_t write(Corners& points, const AxisOrder& order, std::optional<std::uint64_t> count,
                       OutputFile& file) {
@@ -224,11 +285,12 @@ class Decomposer {
 }  // namespace
 
 ExternalModel decompose(ExternalUnion& solid, std::optional<BoxModel> model,
-                        const std::optional<AxisOrder>& order, std::optional<OutputFile> file,
-                        Report& report) {
+                        const std::optional<AxisOrder>& order, std::optional<Connectivity> connectivity,
+                        std::optional<OutputFile> file, Report& report) {
   ExternalModel result;
-  solid.with_coordinates(
-      [&]<class C>(C) { result = Decomposer<C>(solid, model, report).run(order, std::move(file)); });
+  solid.with_coordinates([&]<class C>(C) {
+    result = Decomposer<C>(solid, model, report).run(order, connectivity, std::move(file));
+  });
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "core/cuts.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics.hpp"
 #include "core/tiles.hpp"
 #include "host/cells_method.hpp"
 #include "host/slab_files.hpp"
@@ -62,8 +64,9 @@ bool is_degenerate(const Box& box) {
   return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
 }
 
-/// Looks at all boxes of a file. Of invalid ones the first wins.
-Survey survey(const BoxFile& file) {
+/// Looks at all boxes of a file, and gives them to `sums` too, if that is not null. Of invalid ones the first
+/// wins.
+Survey survey(const BoxFile& file, BoxSummer* sums) {
   constexpr std::uint64_t kPiece = BoxSource<double>::kPiece;
   const std::uint64_t step = file.size() / BoxSource<double>::kSample + 1;
   PerThread<Survey> parts;
@@ -76,6 +79,7 @@ Survey survey(const BoxFile& file) {
     if (invalid < boxes.size()) validate(boxes[invalid], file.name_of(begin + invalid));
     part.lattices.add(boxes);
     part.degenerate += count_degenerate(boxes);
+    if (sums) sums->add(boxes);
     for (std::uint64_t i = (step - begin % step) % step; i < boxes.size(); i += step)
       if (!is_degenerate(boxes[i])) part.sample.push_back(boxes[i]);
   };
@@ -266,7 +270,7 @@ class ExternalUnion::Run {
                   fmt::format("a memory budget of {} is too small: expected at least {}",
                               text_of(budget_.bytes), text_of(base_ + kLeastBytes)));
     Stopwatch watch(report_);
-    survey_ = survey(file_);
+    survey_ = survey(file_, options.statistics ? &box_sums_ : nullptr);
     axes_ = survey_.lattices.axes();
     is_lattice_ = std::ranges::all_of(axes_, [](const Axis& axis) { return axis.count() > 0; });
     watch.lap("survey");
@@ -280,9 +284,6 @@ class ExternalUnion::Run {
   std::uint64_t bytes() const { return budget_.bytes - base_; }
   ScratchFile scratch_file() const { return ScratchFile(budget_.scratch, options_.interrupted); }
   Report& report() { return report_; }
-  std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
-    return base_ + file_.size() * box_bytes() + vertices * bytes_a_vertex;
-  }
 
   void expect_passes(unsigned passes) { passes_ = passes; }
   void begin_pass(std::uint64_t count) {
@@ -316,12 +317,20 @@ class ExternalUnion::Run {
   MassProperties measure() {
     MassTotals totals;
     MassSink whole(axes_);
+    std::array<std::uint64_t, 256> masks{};
     run(bytes(), [&](Ordinals slab) {
       SlabMass sink(slab.axes, axes_, is_lattice_ ? &whole : nullptr);
-      unite(std::move(slab), sums_fit_ ? &sink : nullptr, sink);
+      if (options_.statistics) {
+        MaskCounter counter(sink);
+        unite(std::move(slab), nullptr, counter);
+        std::ranges::transform(masks, counter.counts(), masks.begin(), std::plus());
+      } else {
+        unite(std::move(slab), sums_fit_ ? &sink : nullptr, sink);
+      }
       totals += sink.totals();
     });
     totals += whole.totals();
+    if (options_.statistics) report_.statistics = {box_sums_.sums(), vertex_kinds(masks)};
     return totals.result();
   }
 
@@ -418,6 +427,7 @@ class ExternalUnion::Run {
   Budget budget_;
   Report& report_;
   std::uint64_t base_ = 0;
+  BoxSummer box_sums_;  // where statistics are asked for
   Survey survey_;
   Axes axes_;
   bool is_lattice_ = false, sums_fit_ = false;
@@ -436,9 +446,6 @@ std::uint64_t ExternalUnion::degenerate_boxes() const {
 }
 std::uint64_t ExternalUnion::slabs() const {
   return run_->slabs();
-}
-std::uint64_t ExternalUnion::bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const {
-  return run_->bytes_in_memory(vertices, bytes_a_vertex);
 }
 MassProperties ExternalUnion::measure() {
   return run_->measure();

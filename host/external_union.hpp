@@ -12,19 +12,11 @@
 #include "core/radix_sort.hpp"
 #include "core/solid.hpp"
 #include "host/box_file.hpp"
+#include "host/budget.hpp"
 #include "host/engine.hpp"
 #include "host/scratch.hpp"
 
 namespace boxunion {
-
-/// How much memory a union may take, and where the rest goes.
-struct Budget {
-  /// Of the whole process on the native device: what boxunion allocates, its code and its threads. What the
-  /// drivers of other devices allocate, as far as boxunion does not ask for it, is beyond it.
-  std::uint64_t bytes = 0;
-  std::string scratch;           ///< folder for nameless files
-  std::uint64_t slab_boxes = 0;  ///< if not 0, the most boxes of a slab, even where more would fit
-};
 
 /// A vertex outside of memory. Its coordinates C are ordinals where all axes of the union are lattices, else
 /// ordered_bits, which need no axes.
@@ -77,11 +69,10 @@ class ExternalUnion {
   }
   /// Slabs that went through the engine so far.
   std::uint64_t slabs() const;
-  /// Memory that the union would take all at once, as vertices, with `bytes_a_vertex` for each of them.
-  std::uint64_t bytes_in_memory(std::uint64_t vertices, std::uint64_t bytes_a_vertex) const;
 
   /// Throws Error(resources) where boxes lie too deep over each other for slabs that fit, or the disk is
-  /// full; Error(interrupted); and as boxunion::measure does.
+  /// full; Error(interrupted); and as boxunion::measure does. Report::statistics, if asked for, are those
+  /// from memory, Report::cells those of all slabs.
   MassProperties measure();
 
   /// What is left of the budget for boxes, vertices and whatever is made of them.

@@ -63,10 +63,6 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
   std::string all;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (extension == extension_of(expected[i])) {
-#ifndef BOXUNION_HAVE_LIB3MF
-      if (expected[i] == FileFormat::threemf)
-        throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without lib3mf", path));
-#endif
 #ifndef BOXUNION_HAVE_TIFF
       if (expected[i] == FileFormat::tif || expected[i] == FileFormat::tiff)
         throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without libtiff", path));
@@ -84,19 +80,29 @@ FileFormat file_format(const std::string& path, std::span<const FileFormat> expe
                                 : fmt::format("{}: unknown extension {}, expected {}", path, extension, all));
 }
 
+InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
+                      const VolumeOptions& options) {
+  InputBoxes input;
+  input.format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
+  input.file = std::make_shared<InputFile>(path, interrupted);
+  const std::string& name = input.file->name();
+  const bool is_scene = input.format == FileFormat::vox;
+  if (options.model && !is_scene)
+    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", name));
+  if (input.format != FileFormat::csv && !is_scene)
+    input.voxels = open_volume(input.file, input.format, options, interrupted);
+  if (options.threshold && !input.voxels && !is_scene)
+    throw Error(ErrorKind::usage, fmt::format("{}: found boxes, but a threshold is for voxels", name));
+  return input;
+}
+
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
                   const VolumeOptions& volume) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
-  const auto file = std::make_shared<InputFile>(path, interrupted);
-  if (volume.model && format != FileFormat::vox)
-    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", file->name()));
-  if (format == FileFormat::vox) return vox::read_boxes(*file, volume);
-  if (format != FileFormat::csv)
-    if (const auto stream = open_volume(file, format, volume, interrupted)) return voxel_boxes(*stream);
-  if (volume.threshold)
-    throw Error(ErrorKind::usage,
-                fmt::format("{}: found boxes, but a threshold is for voxels", file->name()));
-  return format == FileFormat::csv ? csv::read_boxes(*file) : npy::read_boxes(file, npy::read_header(*file));
+  const InputBoxes input = open_input(path, interrupted, volume);
+  if (input.format == FileFormat::vox) return vox::read_boxes(*input.file, volume);
+  if (input.voxels) return voxel_boxes(*input.voxels);
+  return input.format == FileFormat::csv ? csv::read_boxes(*input.file)
+                                         : npy::read_boxes(input.file, npy::read_header(*input.file));
 }
 
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
@@ -226,15 +232,21 @@ MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t poin
     case FileFormat::stl:
       stl::write_header(file_, triangles);
       break;
+    case FileFormat::threemf:
+      threemf_ = std::make_unique<threemf::Writer>(file_, points, triangles);
+      break;
     default:
-      throw Error(ErrorKind::usage, fmt::format("{}: no mesh format that is written in parts", file.path()));
+      throw Error(ErrorKind::usage, fmt::format("{}: no format of meshes", file.path()));
   }
 }
+
+MeshWriter::~MeshWriter() = default;
 
 void MeshWriter::write_points(std::span<const Point> points) {
   if (format_ == FileFormat::obj) obj::write_points(file_, points);
   if (format_ == FileFormat::ply) ply::write_points(file_, points);
   if (format_ == FileFormat::off) off::write_points(file_, points);
+  if (threemf_) threemf_->write_points(points);
 }
 
 void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
@@ -242,23 +254,21 @@ void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
   if (format_ == FileFormat::obj) obj::write_faces(file_, faces, triangulation, triangles_only_);
   if (format_ == FileFormat::ply) ply::write_triangles(file_, triangulation.triangles);
   if (format_ == FileFormat::off) off::write_triangles(file_, triangulation.triangles);
+  if (threemf_) threemf_->write_triangles(triangulation.triangles);
   if (format_ == FileFormat::stl) exact_ &= stl::write_triangles(file_, points, faces, triangulation);
 }
 
+void MeshWriter::finish() {
+  if (threemf_) threemf_->finish();
+}
+
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
-  bool exact = true;
-  if (file_format(file.path(), kBoundaryFormats) == FileFormat::threemf) {
-#ifdef BOXUNION_HAVE_LIB3MF
-    exact = threemf::write(file, brep.points, triangulation.triangles);
-#endif
-  } else {
-    MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
-    writer.write_points(brep.points);
-    writer.write_faces(brep.points, brep.faces, triangulation);
-    exact = writer.exact();
-  }
+  MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
+  writer.write_points(brep.points);
+  writer.write_faces(brep.points, brep.faces, triangulation);
+  writer.finish();
   file.commit();
-  return exact;
+  return writer.exact();
 }
 
 }  // namespace boxunion

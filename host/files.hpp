@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -15,6 +16,10 @@
 #include "host/volume.hpp"
 
 namespace boxunion {
+
+namespace threemf {
+class Writer;
+}
 
 /// File formats, told by the extension, in any case.
 enum class FileFormat { csv, npy, obj, ply, off, stl, threemf, nrrd, nhdr, mha, mhd, tif, tiff, vox };
@@ -37,7 +42,7 @@ inline constexpr FileFormat kBoundaryFormats[] = {FileFormat::csv,    FileFormat
                                                   FileFormat::threemf};
 
 /// The format of a file. Throws Error(input) that names the extensions of `expected` if it is none of them,
-/// and Error(usage) for .3mf where boxunion was built without lib3mf, for .tif and .tiff without libtiff.
+/// and Error(usage) for .tif and .tiff where boxunion was built without libtiff.
 FileFormat file_format(const std::string& path, std::span<const FileFormat> expected);
 
 /// Is it a format of meshes, so not of boxes or vertices?
@@ -137,18 +142,23 @@ void write_components(std::span<const Component> components, OutputFile file);
 /// Writes a boundary as a mesh, part by part: all points, then all faces.
 ///
 /// OBJ has the faces as polygons, of which those with holes are cut into triangles, or triangles alone if
-/// `triangles_only`; the other formats have triangles. OBJ and OFF are text in shortest decimals that read
-/// back to the same doubles; PLY is binary, little-endian, with doubles; STL is binary, with floats.
+/// `triangles_only`; the other formats have triangles. OBJ, OFF and 3MF (deflated, in millimetres) are text
+/// in shortest decimals that read back to the same doubles; PLY is binary, little-endian, with doubles; STL
+/// is binary, with floats.
 class MeshWriter {
  public:
-  /// Writes to `file`, no .3mf, exactly so many points and triangles.
+  /// Writes to `file` exactly so many points and triangles. Throws Error(resources) where the format has not
+  /// so many.
   MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles);
+  ~MeshWriter();
 
   /// Do faces refer to points by their number in the file, or else (STL) to those given with them?
   bool is_indexed() const { return format_ != FileFormat::stl; }
   void write_points(std::span<const Point> points);
   /// Throws Error(input) if a coordinate is beyond the floats that the format has.
   void write_faces(std::span<const Point> points, const Faces& faces, const Triangulation& triangulation);
+  /// Completes the mesh, after all faces.
+  void finish();
   /// No coordinate was rounded.
   bool exact() const { return exact_; }
 
@@ -156,12 +166,12 @@ class MeshWriter {
   OutputFile& file_;
   FileFormat format_;
   bool triangles_only_;
+  std::unique_ptr<threemf::Writer> threemf_;
   bool exact_ = true;
 };
 
-/// Writes and commits a boundary as a mesh, in the same order whatever the number of threads: as MeshWriter
-/// does, or as 3MF (by lib3mf, in millimetres, with floats). Returns false if a coordinate was rounded to a
-/// float. Throws Error(input) if one is beyond the floats.
+/// Writes and commits a boundary as a mesh, as MeshWriter does, in the same order whatever the number of
+/// threads. Returns false if a coordinate was rounded.
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file);
 
 }  // namespace boxunion

@@ -20,6 +20,7 @@
 #include "host/npy_header.hpp"
 #include "host/output.hpp"
 #include "host/volume.hpp"
+#include "host/zip.hpp"
 
 // The formats behind files.hpp, which says what each reads and writes.
 
@@ -27,6 +28,18 @@ namespace boxunion {
 
 enum class FileFormat;
 class BoxFile;
+
+/// A file of boxes or voxels, open.
+struct InputBoxes {
+  std::shared_ptr<InputFile> file;
+  FileFormat format;
+  std::optional<VoxelStream> voxels;  ///< of a volume, but of .vox
+};
+
+/// Opens a file; "-" is CSV on standard input. Throws Error(input) where that fails and Error(usage) for
+/// options that are not for what it has.
+InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
+                      const VolumeOptions& options);
 
 /// The voxels of a file of a format that is neither .csv nor .vox; nothing if it is an NPY file of boxes.
 std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
@@ -141,7 +154,20 @@ bool write_triangles(OutputFile& file, std::span<const Point> points, const Face
 
 namespace boxunion::threemf {
 
-/// Returns false if a coordinate was rounded.
-bool write(OutputFile& file, std::span<const Point> points, std::span<const Triangle> triangles);
+/// Writes a mesh as a package of one model: all points, then all triangles.
+class Writer {
+ public:
+  /// Writes to `file` exactly so many points and triangles. Throws Error(resources) where the format has not
+  /// so many.
+  Writer(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
+  void write_points(std::span<const Point> points);
+  void write_triangles(std::span<const Triangle> triangles);
+  void finish();
+
+ private:
+  ZipWriter package_;
+  std::uint64_t points_left_;
+  bool has_mesh_;  ///< a mesh without triangles would be none
+};
 
 }  // namespace boxunion::threemf

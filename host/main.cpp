@@ -156,7 +156,7 @@ class CommandLine {
     sub->add_flag("--statistics", common_.engine.statistics,
                   "Print what the cells did, sums over the boxes, and the vertices by kind");
     add_print_options(sub);
-    add_memory(sub)->excludes("--statistics");
+    add_memory(sub);
     sub->callback([this] { command::measure(input_, with_budget()); });
   }
 
@@ -412,19 +412,17 @@ class CommandLine {
         ->check(CLI::Range(0, 1024));
   }
 
-  CLI::Option* add_memory(CLI::App* sub) {
+  void add_memory(CLI::App* sub) {
     CLI::Option* memory =
         sub->add_option(
                "--memory", memory_,
-               "Memory to do with, for example 2G or 512M: boxes (.csv, .npy) that do not fit are cut into "
-               "slabs on disk; the result is the same")
+               "Memory to do with, for example 2G or 512M: boxes that do not fit are cut into slabs on disk; "
+               "the result is the same; not for .vox")
             ->type_name("SIZE")
-            ->transform(CLI::AsSizeValue(false))
-            ->excludes("--threshold");
+            ->transform(CLI::AsSizeValue(false));
     sub->add_option("--scratch", scratch_,
                     "Folder for slabs and what is sorted on disk (default: $TMPDIR or /tmp)")
         ->needs(memory);
-    return memory;
   }
 
   command::Common with_budget() const {

@@ -59,6 +59,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       temporary_(std::move(other.temporary_)),
       interrupted_(other.interrupted_),
       buffer_(std::move(other.buffer_)),
+      written_(other.written_),
       file_(std::exchange(other.file_, -1)) {}
 
 OutputFile::~OutputFile() {
@@ -73,29 +74,42 @@ void OutputFile::write(std::string_view text) {
     buffer_.append(text);
     return;
   }
-  write_through(buffer_);
-  buffer_.clear();
-  if (text.size() < kBufferBytes)
+  flush();
+  if (text.size() < kBufferBytes) {
     buffer_.append(text);
-  else
-    write_through(text);
+    return;
+  }
+  write_at(written_, text);
+  written_ += text.size();
 }
 
-void OutputFile::write_through(std::string_view text) {
+void OutputFile::overwrite(std::uint64_t offset, std::string_view text) {
+  flush();
+  write_at(offset, text);
+}
+
+void OutputFile::flush() {
+  write_at(written_, buffer_);
+  written_ += buffer_.size();
+  buffer_.clear();
+}
+
+void OutputFile::write_at(std::uint64_t offset, std::string_view text) {
   while (!text.empty()) {
-    const ::ssize_t written = ::write(file_, text.data(), text.size());
-    if (written >= 0)
+    const ::ssize_t written = ::pwrite(file_, text.data(), text.size(), ::off_t(offset));
+    if (written >= 0) {
+      offset += std::uint64_t(written);
       text.remove_prefix(std::size_t(written));
-    else if (errno != EINTR)
+    } else if (errno != EINTR) {
       fail(errno);
-    else if (interrupted_ && *interrupted_)
+    } else if (interrupted_ && *interrupted_) {
       throw Error(ErrorKind::interrupted, "interrupted");
+    }
   }
 }
 
 void OutputFile::commit() {
-  write_through(buffer_);
-  buffer_.clear();
+  flush();
   const bool closed = ::close(std::exchange(file_, -1)) == 0;
   if (closed && std::rename(temporary_.c_str(), target_.c_str()) == 0) return;
   const int error_number = errno;

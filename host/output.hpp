@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,8 @@ class OutputFile {
   ~OutputFile();
 
   const std::string& path() const { return path_; }
+  /// The bytes appended so far.
+  std::uint64_t size() const { return written_ + buffer_.size(); }
 
   /// Appends; throws Error(resources) where the disk is full or fails.
   void write(std::string_view text);
@@ -30,16 +33,21 @@ class OutputFile {
     write({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   }
 
+  /// Writes over bytes appended before, from an offset; throws as write does.
+  void overwrite(std::uint64_t offset, std::string_view text);
+
   /// Writes what is left and gives the file its name, in place of any file that had it.
   void commit();
 
  private:
-  void write_through(std::string_view text);
+  void flush();
+  void write_at(std::uint64_t offset, std::string_view text);
   [[noreturn]] void fail(int error_number) const;
 
   std::string path_, target_, temporary_;
   const std::atomic<bool>* interrupted_;
-  std::string buffer_;
+  std::string buffer_;         ///< appended, not written yet
+  std::uint64_t written_ = 0;  ///< bytes before these
   int file_ = -1;
 };
 

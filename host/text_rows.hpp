@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "core/parallel.hpp"
-#include "host/output.hpp"
 
 namespace boxunion {
 
-/// Writes rows 0 .. count - 1, where append(row, text) appends a row to a buffer. Parallel.
-template <class F>
-void write_rows(OutputFile& file, std::size_t count, F append) {
+/// Writes rows 0 .. count - 1 to a file or part of one, where append(row, text) appends a row to a buffer.
+/// Parallel.
+template <class Sink, class F>
+void write_rows(Sink& sink, std::size_t count, F append) {
   constexpr std::size_t kChunks = 64, kRows = 1 << 12;
   std::vector<fmt::memory_buffer> texts(kChunks);
   for (std::size_t first = 0; first < count; first += kChunks * kRows) {
@@ -26,7 +26,7 @@ void write_rows(OutputFile& file, std::size_t count, F append) {
         for (std::size_t row = first + i * kRows; row < last; ++row) append(row, texts[i]);
       }
     });
-    for (std::size_t i = 0; i < chunks; ++i) file.write({texts[i].data(), texts[i].size()});
+    for (std::size_t i = 0; i < chunks; ++i) sink.write({texts[i].data(), texts[i].size()});
   }
 }
 

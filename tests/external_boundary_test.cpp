@@ -57,9 +57,9 @@ TEST(ExternalBoundary, IsTheSameToTheByteInEveryFormat) {
         for (const Vertex& v : solid.vertices) fans += kFans[v.mask].count;
         midpoints += expected.brep.points.size() - fans;
       }
-      constexpr std::array kFiles = {"a.ply", "a.stl", "a.obj", "a.off", "a.npy", "a.csv"};
+      constexpr std::array kFiles = {"a.ply", "a.stl", "a.obj", "a.off", "a.3mf", "a.npy", "a.csv"};
       const std::size_t first = random();
-      for (const std::string name : {kFiles[first % 6], kFiles[(first + 1) % 6]}) {
+      for (const std::string name : {kFiles[first % kFiles.size()], kFiles[(first + 1) % kFiles.size()]}) {
         SCOPED_TRACE(input.name + " " + name + (contacts == NonManifold::keep ? " keep" : " split"));
         const bool triangles_only = random() % 2 == 0;
         const std::string path = folder.file(name);
@@ -123,7 +123,7 @@ TEST_F(Command, MeshesKeepToTheBudget) {
     for (const char* key : {"seconds", "slabs"}) json.erase(key);
     return json;
   };
-  for (const std::string file : {"a.ply", "a.stl"}) {
+  for (const std::string file : {"a.ply", "a.stl", "a.3mf"}) {
     const std::string boundary = " boundary a.npy --json --quiet --device native --threads 2 -o " + file;
     const Outcome expected = run(boundary);
     const std::string bytes = folder_.read(file);

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 #include <stdio.h>
 
+#include <array>
 #include <filesystem>
 #include <numeric>
 #include <optional>
 #include <random>
 
+#include "core/adjacency.hpp"
 #include "core/error.hpp"
 #include "host/sorted_runs.hpp"
 #include "tests/boxes_in_memory.hpp"
@@ -42,6 +44,7 @@ TEST(SortedRuns, AreMergedInOrderAndAgain) {
 struct Wanted {
   std::optional<BoxModel> model;
   std::optional<AxisOrder> order;
+  std::optional<Connectivity> connectivity;
 };
 
 /// The model by way of memory: its file, order and number of elements.
@@ -50,11 +53,12 @@ ExternalModel write_from_memory(const BoxSet& boxes, const Wanted& wanted, const
   const auto write = [&](const Evm& evm) -> ExternalModel {
     if (!wanted.model) {
       write_extreme_vertices(evm, open_output(path));
-      return {evm.order, evm.vertices.size()};
+      return {evm.order, evm.vertices.size(), 0};
     }
     const Decomposition found = decompose(evm, *wanted.model);
     write_boxes(to_boxes(found), open_output(path));
-    return {evm.order, found.boxes.size()};
+    return {evm.order, found.boxes.size(),
+            wanted.connectivity ? find_neighbors(found, *wanted.connectivity).pairs() : 0};
   };
   AxisOrder best = wanted.order.value_or(kAxisOrders[0]);
   if (!wanted.order && wanted.model)
@@ -73,7 +77,7 @@ ExternalModel write_within(const BoxSet& boxes, const Wanted& wanted, const Budg
   ExternalUnion solid(file, options, budget, report);
   std::optional<OutputFile> output;
   if (!path.empty()) output.emplace(open_output(path));
-  return decompose(solid, wanted.model, wanted.order, std::move(output), report);
+  return decompose(solid, wanted.model, wanted.order, wanted.connectivity, std::move(output), report);
 }
 
 TEST(ExternalDecomposition, IsTheSameToTheByteForEveryModelAndOrder) {
@@ -91,7 +95,9 @@ TEST(ExternalDecomposition, IsTheSameToTheByteForEveryModelAndOrder) {
         SCOPED_TRACE(input.name + ", model " + std::to_string(model ? int(*model) : -1) + ", order " +
                      (order ? to_string(*order) : "best"));
         const std::string end = random() % 4 == 0 ? ".csv" : ".npy";
-        const Wanted wanted{model, order};
+        const Wanted wanted{model, order,
+                            std::array{std::optional<Connectivity>(), std::optional(Connectivity::faces),
+                                       std::optional(Connectivity::points)}[random() % 3]};
         const ExternalModel expected = write_from_memory(input.boxes, wanted, folder.file("memory" + end));
         const Budget budget{std::uint64_t{1} << 30, scratch.path(),
                             deep                        ? 0
@@ -100,6 +106,7 @@ TEST(ExternalDecomposition, IsTheSameToTheByteForEveryModelAndOrder) {
         const ExternalModel found = write_within(input.boxes, wanted, budget, folder.file("slabs" + end));
         EXPECT_EQ(found.order, expected.order);
         EXPECT_EQ(found.elements, expected.elements);
+        EXPECT_EQ(found.pairs, expected.pairs);
         EXPECT_TRUE(folder.read("slabs" + end) == folder.read("memory" + end));
         EXPECT_EQ(write_within(input.boxes, wanted, budget, "").elements, expected.elements);
         EXPECT_EQ(scratch.file_count(), 0u);
@@ -115,7 +122,7 @@ TEST(ExternalDecomposition, SaysWhatASectionThatDoesNotFitNeeds) {
   const TemporaryFolder folder, scratch;
   const std::string path = folder.file("a.npy");
   for (const BoxModel model : {BoxModel::oudb, BoxModel::cudb}) {
-    const Wanted wanted{model, AxisOrder{2, 1, 0}};
+    const Wanted wanted{model, AxisOrder{2, 1, 0}, {}};
     unsigned need = 110, errors = 0;
     for (std::uint64_t found = 0; found == 0 && errors < 5;) try {
         found = write_within(pillars, wanted, {std::uint64_t{need} << 20, scratch.path()}, path).elements;
@@ -136,8 +143,9 @@ TEST(ExternalDecomposition, SaysWhatASectionThatDoesNotFitNeeds) {
     EXPECT_LT(errors, 5u);  // later sections may take more
     EXPECT_LT(need, 300u);
     // along x, a section is a row of pillars
-    EXPECT_EQ(write_within(pillars, {model, AxisOrder{0, 1, 2}}, {110 << 20, scratch.path()}, "").elements,
-              90'000u);
+    EXPECT_EQ(
+        write_within(pillars, {model, AxisOrder{0, 1, 2}, {}}, {110 << 20, scratch.path()}, "").elements,
+        90'000u);
   }
 }
 
@@ -150,7 +158,8 @@ TEST_F(Command, DecompositionsKeepToTheBudget) {
     for (const char* key : {"seconds", "slabs"}) json.erase(key);
     return json;
   };
-  for (const std::string options : {"--model cudb -o b.npy", "--model evm --order zyx -o b.csv"}) {
+  for (const std::string options : {"--model cudb -o b.npy", "--connectivity 26 --order yxz -o b.npy",
+                                    "--model evm --order zyx -o b.csv"}) {
     const std::string decompose = " decompose a.npy --json --device native --threads 2 " + options;
     const nlohmann::json expected = results(json(decompose));
     const std::string file = options.substr(options.rfind(' ') + 1), bytes = folder_.read(file);
@@ -160,8 +169,6 @@ TEST_F(Command, DecompositionsKeepToTheBudget) {
     EXPECT_GT(nlohmann::json::parse(r.out).at("slabs"), 1);
     EXPECT_TRUE(folder_.read(file) == bytes);
   }
-  expect_error("decompose a.npy --connectivity 6 --memory 1G", 2,
-               "--memory is not for --connectivity: nothing bounds the neighbor lists");
 }
 
 }  // namespace

@@ -146,6 +146,25 @@ TEST(VoxelBoxes, HaveTheVolumeAndAreaOfTheVoxels) {
   }
 }
 
+TEST(VoxelBoxes, AreTheSameWhereTheyStream) {
+  for (std::uint32_t seed = 0; seed < 40; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Volume volume =
+        seed == 0 ? generate_porous({200, 150, 100}, {.pores = 0.5, .feature = 2}, 1) : random_volume(seed);
+    if (seed % 2) volume.grid.spacing = {0.5, -0.1, 3};
+    std::vector<Box> expected = double_boxes(volume), found;
+    bool are_doubles = false;
+    stream_voxel_boxes(stream_of(volume), [&](const BoxSet& boxes) {
+      for (std::size_t i = 0; i < boxes.size(); ++i) found.push_back(boxes[i]);
+      are_doubles = boxes.visit([]<class T>(const std::vector<BoxOf<T>>&) { return sizeof(T) == 8; });
+    });
+    EXPECT_EQ(are_doubles, seed % 2 == 1);
+    std::ranges::sort(expected);
+    std::ranges::sort(found);
+    EXPECT_TRUE(found == expected);
+  }
+}
+
 struct Labelled {
   std::vector<std::uint32_t> labels;
   std::vector<VoxelComponent> components;

@@ -26,6 +26,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/adjacency.hpp"
 #include "core/decomposition.hpp"
 #include "core/error.hpp"
 #include "core/evm.hpp"
@@ -129,6 +130,7 @@ struct Slabs {
   std::string file;     // what for: "" for mass properties
   std::optional<BoxModel> model;
   std::optional<AxisOrder> order;
+  std::optional<Connectivity> connectivity;  // of neighbours to be counted, of boxes
   NonManifold contacts;
 };
 
@@ -169,12 +171,15 @@ Slabs make_slabs(Random& random, const Job& job) {
   slabs.boxes = std::uint64_t(random.between(2, 2.0 * double(job.count)));
   const bool lean = job.options.device == "native" && job.options.method == Method::cells && random.one_in(2);
   slabs.bytes = lean ? 101 << 20 : std::uint64_t{2} << 30;
-  slabs.file = random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
-                                           "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl"});
+  slabs.file =
+      random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
+                                  "cudb.npy", "cudb.csv", "a.ply", "a.obj", "a.off", "a.stl", "a.3mf"});
   if (job.count > 2000 && slabs.file == "oudb.npy") slabs.file = "cudb.npy";
   if (slabs.file.starts_with("oudb")) slabs.model = BoxModel::oudb;
   if (slabs.file.starts_with("cudb")) slabs.model = BoxModel::cudb;
   if (!random.one_in(3)) slabs.order = kAxisOrders[std::size_t(random.below(6))];
+  if (slabs.model && random.one_in(2))
+    slabs.connectivity = random.one_in(2) ? Connectivity::faces : Connectivity::points;
   slabs.contacts = random.one_in(2) ? NonManifold::split : NonManifold::keep;
   return slabs;
 }
@@ -284,10 +289,18 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
   const auto open = [&](const std::string& name) {
     return open_output(folder.file(name), nullptr, kBoundaryFormats);
   };
-  if (slabs.file.starts_with("vertices") || slabs.file.starts_with("a."))
+  if (slabs.file.starts_with("vertices") || slabs.file.starts_with("a.")) {
     write_boundary(external, slabs.contacts, false, open("slabs_" + slabs.file), report);
-  else
-    decompose(external, slabs.model, slabs.order, open("slabs_" + slabs.file), report);
+  } else {
+    const ExternalModel made = decompose(external, slabs.model, slabs.order, slabs.connectivity,
+                                         open("slabs_" + slabs.file), report);
+    if (slabs.connectivity) {
+      const Decomposition boxes = decompose(make_evm(solid, made.order), *slabs.model);
+      if (made.pairs != find_neighbors(boxes, *slabs.connectivity).pairs())
+        return "the neighbors counted in slabs differ";
+      ++done["neighbors in slabs"];
+    }
+  }
   write_from_memory(solid, slabs, open(slabs.file));
   if (folder.read("slabs_" + slabs.file) != folder.read(slabs.file)) return "the file made in slabs differs";
   ++done["files in slabs"];
