@@ -23,7 +23,7 @@ bool covers(const OrdinalRectangle& r, const OrdinalRectangle& cell) {
 
 template <class Bit>
 void ContourCell::Places::set_ranges(std::span<const OrdinalRectangle> rectangles, unsigned axis, Bit&& bit) {
-  ranges_.resize(rectangles.size());
+  make_ranges(rectangles.size());
   for (std::size_t i = 0; i < rectangles.size(); ++i)
     ranges_[i] = {static_cast<std::uint16_t>(bit(rectangles[i].lo[axis])),
                   static_cast<std::uint16_t>(bit(rectangles[i].hi[axis]))};
@@ -48,7 +48,7 @@ bool ContourCell::Places::find_by_counting(std::span<const OrdinalRectangle> rec
     }
   }
   count_ = count;
-  ranges_.resize(kCounted);
+  make_ranges(rectangles.size());
   ordinals_.resize(std::max(ordinals_.size(), std::size_t{kBits} + 2));
   for (std::size_t begin = 0; begin < 2 * rectangles.size(); begin += kLanes) {
     Lanes ends;
@@ -60,7 +60,6 @@ bool ContourCell::Places::find_by_counting(std::span<const OrdinalRectangle> rec
       ranges_[(begin + i) / 2] = {static_cast<std::uint16_t>(bits[i]),
                                   static_cast<std::uint16_t>(bits[i + 1])};
   }
-  ranges_.resize(rectangles.size());
   for (std::size_t i = 0; i < rectangles.size(); ++i) {
     ordinals_[ranges_[i].begin] = rectangles[i].lo[axis];
     ordinals_[ranges_[i].end] = rectangles[i].hi[axis];

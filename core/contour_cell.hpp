@@ -52,7 +52,7 @@ class ContourCell {
     struct Range {
       std::uint16_t begin, end;
     };
-    std::span<const Range> ranges() const { return ranges_; }
+    std::span<const Range> ranges() const { return std::span(ranges_).first(range_count_); }
 
    private:
     static constexpr std::uint32_t kMarked = 1u << 15;  // ordinals of a cell that are marked in a bitmap
@@ -63,6 +63,10 @@ class ContourCell {
     /// and beyond.
     std::uint32_t offset(std::uint32_t ordinal) const {
       return std::clamp(ordinal, lo_ - 1, lo_ + extent_) - (lo_ - 1);
+    }
+    void make_ranges(std::size_t count) {
+      range_count_ = count;
+      ranges_.resize(std::max({ranges_.size(), count, kCounted}));
     }
     template <class Bit>
     void set_ranges(std::span<const OrdinalRectangle> rectangles, unsigned axis, Bit&& bit);
@@ -76,7 +80,8 @@ class ContourCell {
         ordinals_;                      // by bit above them, ascending, unless all of the cell's are places
     std::vector<std::uint64_t> marks_;  // by offset; all zero between calls
     std::vector<std::uint8_t> bits_;    // by marked offset
-    std::vector<Range> ranges_;
+    std::vector<Range> ranges_;         // and room for more
+    std::size_t range_count_ = 0;
   };
 
   void halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis,
