@@ -256,7 +256,7 @@ class PartContour {
 
 /// The vertices of each part.
 std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr std::size_t kPart = 1 << 11;  // rectangles that a thread should get at least, to be worth it
+  constexpr std::size_t kPart = 1 << 13;  // rectangles that a thread should get at least, to be worth it
   const Grid grid = make_grid(all, axes);
   const Parts parts(std::move(all), grid.strips, kPart);
   PerThread<PartContour> finders{PartContour(grid)};

@@ -118,29 +118,36 @@ class LeftEnds {
 
 /// A loop round a hole.
 struct Hole {
-  std::uint32_t loop;     // number among all
   std::uint32_t polygon;  // that has the hole
   std::span<const std::uint32_t> corners;
 };
 
 /// The holes in order of loops. Of each, the left end of the interval that it splits is on a loop of the same
-/// polygon that begins lower. Links are overwritten by the loops of their corners.
+/// polygon that begins lower. Links are overwritten by what their corners are of: a polygon's outer loop, or
+/// a hole.
 std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& columns, ContourLinks& links,
                              std::span<const BandLoops> bands) {
+  constexpr std::uint32_t kHole = 0x80000000u;
   std::vector<Hole> holes;
-  std::vector<std::uint32_t> first_loop;  // of each band
-  std::uint32_t loop = 0;
+  std::vector<std::array<std::uint32_t, 2>> before;  // polygons and holes of the bands below each
+  std::uint32_t polygons = 0;
   for (const BandLoops& band : bands) {
-    for (const std::uint32_t hole : band.holes) holes.push_back({loop + hole, 0, band[hole]});
-    first_loop.push_back(loop);
-    loop += static_cast<std::uint32_t>(band.size());
+    before.push_back({polygons, static_cast<std::uint32_t>(holes.size())});
+    for (const std::uint32_t hole : band.holes) holes.push_back({0, band[hole]});
+    polygons += static_cast<std::uint32_t>(band.polygons());
   }
   if (holes.empty()) return holes;
   parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      for (std::size_t l = 0; l < bands[b].size(); ++l)
-        for (const std::uint32_t corner : bands[b][l])
-          links.next(corner) = first_loop[b] + static_cast<std::uint32_t>(l);
+    for (std::size_t b = begin; b < end; ++b) {
+      auto [polygon, hole] = before[b];
+      auto own = bands[b].holes.begin();
+      for (std::size_t l = 0; l < bands[b].size(); ++l) {
+        const bool is_hole = own != bands[b].holes.end() && *own == l;
+        own += is_hole;
+        const std::uint32_t label = is_hole ? kHole | hole++ : polygon++;
+        for (const std::uint32_t corner : bands[b][l]) links.next(corner) = label;
+      }
+    }
   });
   LeftEnds left_ends(columns.count());
   std::uint32_t i = 0;
@@ -150,10 +157,7 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
       left_ends.change(columns[i], kLeftEnds[quadrants], quadrants == kRising ? links.upper(i) : i);
     }
     const std::uint32_t beside = links.next(left_ends.below(columns[i]));
-    const auto other = std::ranges::lower_bound(holes, beside, {}, &Hole::loop);
-    hole.polygon = other != holes.end() && other->loop == beside
-                       ? other->polygon
-                       : beside - static_cast<std::uint32_t>(other - holes.begin());
+    hole.polygon = beside < kHole ? beside : holes[beside - kHole].polygon;
   }
   return holes;
 }
