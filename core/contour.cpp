@@ -44,6 +44,7 @@ class Cuts {
 /// A grid of cells, row by row: strips of the plane.
 struct Grid {
   Cuts columns, strips;
+  double touched;  // cells, by a rectangle, on average
 };
 
 /// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
@@ -61,7 +62,9 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
     most[axis] = (kMostTouched - 1) / share[axis] + 1;
   }
   const auto grid = [&](double columns, double strips) {
-    return Grid{{axes[0].count(), columns}, {axes[1].count(), strips}};
+    return Grid{{axes[0].count(), columns},
+                {axes[1].count(), strips},
+                (1 + share[0] * columns) * (1 + share[1] * strips)};
   };
   const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
   if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
@@ -177,7 +180,7 @@ class PartContour {
 
   /// The vertices of strips [begin, end) that these rectangles touch, sorted.
   Array<ContourVertex> find(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
-    const auto& [columns, strips] = grid_;
+    const Cuts &columns = grid_.columns, &strips = grid_.strips;
     bin(part, begin, end);
     vertices_.clear();
     vertices_.reserve(4 * part.size() + ContourCell::kMost);  // seldom more
@@ -213,7 +216,7 @@ class PartContour {
 
   /// Puts rectangles into the cells that they touch, and marks the cells that one of them covers.
   void bin(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
-    const auto& [columns, strips] = grid_;
+    const Cuts &columns = grid_.columns, &strips = grid_.strips;
     const std::size_t width = columns.parts();
     covered_.assign((end - begin) * width, 0);
     first_.assign((end - begin) * width + 1, 0);
@@ -256,9 +259,9 @@ class PartContour {
 
 /// The vertices of each part.
 std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr std::size_t kPart = 1 << 13;  // rectangles that a thread should get at least, to be worth it
+  constexpr double kPart = 1 << 13;  // rectangles in cells that make another part, and thread, worth while
   const Grid grid = make_grid(all, axes);
-  const Parts parts(std::move(all), grid.strips, kPart);
+  const Parts parts(std::move(all), grid.strips, static_cast<std::size_t>(kPart / grid.touched) + 1);
   PerThread<PartContour> finders{PartContour(grid)};
   std::vector<Array<ContourVertex>> found(parts.size());
   parallel_ranges(0, parts.size(), 1, [&](std::size_t begin, std::size_t end) {
