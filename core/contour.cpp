@@ -44,6 +44,7 @@ class Cuts {
 /// A grid of cells, row by row: strips of the plane.
 struct Grid {
   Cuts columns, strips;
+  double touched;  // cells, by a rectangle, on average
 };
 
 /// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
@@ -53,7 +54,7 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kMostTouched = 8;
   const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
   double sum[2] = {0, 0}, sampled = 0;
-  for (std::size_t i = 0; i < all.size(); i += all.size() / 1024 + 1, ++sampled)
+  for (std::size_t i = 0; i < all.size(); i += all.size() / 256 + 1, ++sampled)
     for (const unsigned axis : {0u, 1u}) sum[axis] += all[i].hi[axis] - all[i].lo[axis];
   double most[2], share[2];  // of the extent, that a rectangle takes
   for (const unsigned axis : {0u, 1u}) {
@@ -61,7 +62,9 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
     most[axis] = (kMostTouched - 1) / share[axis] + 1;
   }
   const auto grid = [&](double columns, double strips) {
-    return Grid{{axes[0].count(), columns}, {axes[1].count(), strips}};
+    return Grid{{axes[0].count(), columns},
+                {axes[1].count(), strips},
+                (1 + share[0] * columns) * (1 + share[1] * strips)};
   };
   const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
   if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
@@ -75,146 +78,201 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   return grid(std::min(std::ceil(cells / strips), most[0]), strips);
 }
 
-/// The rectangles that touch each strip.
-class Strips {
+/// The rectangles by parts: some strips each.
+class Parts {
  public:
-  Strips(std::span<const OrdinalRectangle> all, const Cuts& cuts) : first_(cuts.parts() + 1) {
-    constexpr std::size_t kChunk = 1 << 16, kMostChunks = 16;
-    const std::size_t strips = cuts.parts(),
-                      chunks = std::clamp(all.size() / kChunk, std::size_t{1}, kMostChunks);
-    std::vector<std::size_t> places(chunks * strips);  // of a chunk's next rectangle in a strip
+  /// As many as have `rectangles` each on average, but no more than there are strips.
+  Parts(Array<OrdinalRectangle> all, const Cuts& strips, std::size_t rectangles)
+      : strips_(strips.parts()),
+        count_(std::clamp(all.size() / rectangles, std::size_t{1}, strips_)),
+        first_(count_ + 1) {
+    if (count_ == 1) {
+      first_[1] = all.size();
+      rectangles_ = std::move(all);
+    } else {
+      distribute(all, strips);
+    }
+  }
+
+  std::size_t size() const { return count_; }
+  std::span<const OrdinalRectangle> operator[](std::size_t part) const {
+    return std::span(rectangles_).subspan(first_[part], first_[part + 1] - first_[part]);
+  }
+  /// The first strip of a part; of part size(), one beyond all.
+  std::uint32_t first_strip(std::size_t part) const {
+    return static_cast<std::uint32_t>((part * strips_ + count_ - 1) / count_);
+  }
+
+ private:
+  void distribute(std::span<const OrdinalRectangle> all, const Cuts& strips) {
+    constexpr std::size_t kChunk = 1 << 13, kMostChunks = 16;
+    std::vector<std::uint32_t> part(strips_);
+    for (std::uint32_t p = 0; p < count_; ++p)
+      std::fill(part.begin() + first_strip(p), part.begin() + first_strip(p + 1), p);
+    const std::size_t chunks = std::clamp(all.size() / kChunk, std::size_t{1}, kMostChunks);
+    std::vector<std::size_t> places(chunks * count_);  // of a chunk's next rectangle in a part
     const auto each = [&](auto&& f) {
       parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          std::size_t* const place = places.data() + chunk * strips;
+          std::size_t* const place = places.data() + chunk * count_;
           const std::size_t last = all.size() * (chunk + 1) / chunks;
           for (std::size_t i = all.size() * chunk / chunks; i < last; ++i) {
-            const std::uint32_t to = cuts.part(all[i].hi[1]);
-            for (std::uint32_t strip = cuts.part(all[i].lo[1]); strip <= to; ++strip) f(all[i], place[strip]);
+            const std::uint32_t to = part[strips.part(all[i].hi[1])];
+            for (std::uint32_t p = part[strips.part(all[i].lo[1])]; p <= to; ++p) f(all[i], place[p]);
           }
         }
       });
     };
     each([](const OrdinalRectangle&, std::size_t& count) { ++count; });
     std::size_t sum = 0;
-    for (std::size_t strip = 0; strip < strips; ++strip) {
-      first_[strip] = sum;
+    for (std::size_t p = 0; p < count_; ++p) {
+      first_[p] = sum;
       for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-        sum += std::exchange(places[chunk * strips + strip], sum);
+        sum += std::exchange(places[chunk * count_ + p], sum);
     }
-    first_[strips] = sum;
+    first_[count_] = sum;
     with_memory("the rectangles by strips", sum * sizeof(OrdinalRectangle), [&] { rectangles_.resize(sum); });
     each([this](const OrdinalRectangle& r, std::size_t& place) { rectangles_[place++] = r; });
   }
 
-  std::size_t size() const { return first_.size() - 1; }
-  std::span<const OrdinalRectangle> operator[](std::size_t strip) const {
-    return std::span(rectangles_).subspan(first_[strip], first_[strip + 1] - first_[strip]);
-  }
-
- private:
+  std::size_t strips_, count_;
   std::vector<std::size_t> first_;
   Array<OrdinalRectangle> rectangles_;
 };
 
-/// Finds the vertices of one strip after the other.
-class StripContour {
+/// Sorts vertices by row; those of one row are sorted already.
+class RowSort {
  public:
-  explicit StripContour(const Cuts& columns) : columns_(columns), first_(columns.parts() + 1) {}
-
-  /// The vertices of the strip of rows [lo, hi) that these rectangles touch, sorted.
-  Array<ContourVertex> find(std::span<const OrdinalRectangle> strip, std::uint32_t lo, std::uint32_t hi) {
-    bin(strip, lo, hi);
-    vertices_.clear();
-    for (std::uint32_t column = 0; column < columns_.parts(); ++column) {
-      const std::size_t begin = first_[column], end = first_[column + 1];
-      if (begin == end || covered_[column]) continue;
-      cell_.find({{columns_.begin(column), lo}, {columns_.begin(column + 1), hi}},
-                 std::span(binned_).subspan(begin, end - begin), vertices_);
+  /// Sorts vertices in rows [lo, hi) into as many others; what they were in holds anything afterwards.
+  void sort(std::span<ContourVertex> from, std::span<ContourVertex> to, std::uint32_t lo, std::uint32_t hi) {
+    constexpr int kFewest = 6;  // bits of a digit
+    if (from.empty()) return;
+    const int width = std::bit_width(hi - lo - 1),
+              passes = std::max(1, (width - 1) / std::max(kFewest, int(std::bit_width(from.size()))) + 1),
+              digit = (width + passes - 1) / passes;
+    if (passes > 1) scratch_.resize(from.size());
+    for (int pass = 0; pass < passes; ++pass) {
+      const bool is_last = pass + 1 == passes;
+      const std::span<ContourVertex> next = is_last ? to : pass % 2 == 0 ? std::span(scratch_) : from;
+      distribute(pass % 2 == 0 ? from : std::span(scratch_), next, lo, pass * digit, digit);
     }
-    return sorted(lo, hi);
   }
 
  private:
-  /// Puts rectangles into the columns that they touch, and marks the columns that one of them covers.
-  void bin(std::span<const OrdinalRectangle> strip, std::uint32_t lo, std::uint32_t hi) {
-    covered_.assign(columns_.parts(), 0);
-    std::ranges::fill(first_, 0);
-    const auto each = [&](auto&& f) {
-      for (const OrdinalRectangle& r : strip) {
-        const std::uint32_t from = columns_.part(r.lo[0]), to = columns_.part(r.hi[0]);
-        for (std::uint32_t column = from; column <= to; ++column) f(r, column);
-      }
-    };
-    each([&](const OrdinalRectangle&, std::uint32_t column) { ++first_[column]; });
-    for (const OrdinalRectangle& r : strip)
-      if (r.lo[1] < lo && r.hi[1] >= hi)
-        for (std::uint32_t column = columns_.part(r.lo[0]) + 1; column < columns_.part(r.hi[0]); ++column)
-          covered_[column] = 1;
-    std::inclusive_scan(first_.begin(), first_.end(), first_.begin());
-    binned_.resize(first_.back());
-    each([&](const OrdinalRectangle& r, std::uint32_t column) { binned_[--first_[column]] = r; });
+  void distribute(std::span<const ContourVertex> from, std::span<ContourVertex> to, std::uint32_t lo,
+                  int shift, int digit) {
+    const auto mask = static_cast<std::uint32_t>((std::uint64_t{1} << digit) - 1);
+    place_.assign(std::size_t{mask} + 2, 0);
+    std::size_t* const place = place_.data();
+    for (const ContourVertex& v : from) ++place[((v.y - lo) >> shift & mask) + 1];
+    std::inclusive_scan(place_.begin(), place_.end(), place_.begin());
+    for (const ContourVertex& v : from) to[place[(v.y - lo) >> shift & mask]++] = v;
   }
 
-  /// Sorts by rows, or by some rows at once where there are more than vertices. Those of one row are sorted
-  /// already.
-  Array<ContourVertex> sorted(std::uint32_t lo, std::uint32_t hi) {
-    const int shift = std::max(0, int(std::bit_width(hi - lo)) - int(std::bit_width(vertices_.size())));
-    const auto bucket = [&](const ContourVertex& v) { return (v.y - lo) >> shift; };
-    place_.assign((std::size_t{hi - lo} >> shift) + 2, 0);
-    for (const ContourVertex& v : vertices_) ++place_[bucket(v) + 1];
-    std::inclusive_scan(place_.begin(), place_.end(), place_.begin());
+  Array<ContourVertex> scratch_;
+  std::vector<std::size_t> place_;  // of the next vertex of a digit
+};
+
+/// Finds the vertices of one part after the other.
+class PartContour {
+ public:
+  explicit PartContour(const Grid& grid) : grid_(grid) {}
+
+  /// The vertices of strips [begin, end) that these rectangles touch, sorted.
+  Array<ContourVertex> find(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
+    const Cuts &columns = grid_.columns, &strips = grid_.strips;
+    bin(part, begin, end);
+    vertices_.clear();
+    vertices_.reserve(4 * part.size() + ContourCell::kMost);  // seldom more
+    ends_.clear();
+    std::size_t cell = 0;
+    for (std::uint32_t strip = begin; strip < end; ++strip) {
+      Interruptible::check();
+      for (std::uint32_t column = 0; column < columns.parts(); ++column, ++cell) {
+        const std::span rectangles =
+            std::span(binned_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
+        if (rectangles.empty() || covered_[cell]) continue;
+        cell_.find({{columns.begin(column), strips.begin(strip)},
+                    {columns.begin(column + 1), strips.begin(strip + 1)}},
+                   rectangles, vertices_);
+      }
+      ends_.push_back(vertices_.size());
+    }
     Array<ContourVertex> result(vertices_.size());
-    for (const ContourVertex& v : vertices_) result[place_[bucket(v)]++] = v;
-    if (shift == 0) return result;
-    for (std::size_t begin = 0, b = 0; begin < result.size(); begin = place_[b++])
-      sort_bucket(std::span(result).subspan(begin, place_[b] - begin));
+    for (std::size_t i = 0, from = 0; i < ends_.size(); from = ends_[i++]) {
+      const std::uint32_t strip = begin + static_cast<std::uint32_t>(i);
+      sort_.sort(std::span(vertices_).subspan(from, ends_[i] - from),
+                 std::span(result).subspan(from, ends_[i] - from), strips.begin(strip),
+                 strips.begin(strip + 1));
+    }
     return result;
   }
 
-  static void sort_bucket(std::span<ContourVertex> bucket) {
-    constexpr std::size_t kFew = 16;  // to be inserted one by one
-    const auto before = [](const ContourVertex& v, const ContourVertex& w) {
-      return v.y != w.y ? v.y < w.y : v.x < w.x;
-    };
-    if (bucket.size() > kFew) return std::sort(bucket.begin(), bucket.end(), before);
-    for (std::size_t i = 1; i < bucket.size(); ++i) {
-      const ContourVertex vertex = bucket[i];
-      std::size_t j = i;
-      for (; j > 0 && before(vertex, bucket[j - 1]); --j) bucket[j] = bucket[j - 1];
-      bucket[j] = vertex;
+ private:
+  /// The cells that a rectangle touches.
+  struct Touched {
+    std::uint16_t left, right, below, above;
+  };
+
+  /// Puts rectangles into the cells that they touch, and marks the cells that one of them covers.
+  void bin(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
+    const Cuts &columns = grid_.columns, &strips = grid_.strips;
+    const std::size_t width = columns.parts();
+    covered_.assign((end - begin) * width, 0);
+    first_.assign((end - begin) * width + 1, 0);
+    touched_.resize(part.size());
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const OrdinalRectangle& r = part[i];
+      const std::uint32_t left = columns.part(r.lo[0]), right = columns.part(r.hi[0]),
+                          lowest = strips.part(r.lo[1]), highest = strips.part(r.hi[1]),
+                          below = std::max(lowest, begin), above = std::min(highest, end - 1);
+      touched_[i] = {static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(right),
+                     static_cast<std::uint16_t>(below - begin), static_cast<std::uint16_t>(above - begin)};
+      for (std::uint32_t strip = below; strip <= above; ++strip) {
+        std::size_t* const cell = first_.data() + (strip - begin) * width;
+        for (std::uint32_t column = left; column <= right; ++column) ++cell[column];
+        if (lowest < strip && strip < highest && left + 1 < right)
+          std::fill_n(covered_.data() + (strip - begin) * width + left + 1, right - left - 1, 1);
+      }
+    }
+    std::inclusive_scan(first_.begin(), first_.end(), first_.begin());
+    binned_.resize(first_.back());
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const auto [left, right, below, above] = touched_[i];
+      for (std::uint32_t strip = below; strip <= above; ++strip) {
+        std::size_t* const cell = first_.data() + strip * width;
+        for (std::uint32_t column = left; column <= right; ++column) binned_[--cell[column]] = part[i];
+      }
     }
   }
 
-  Cuts columns_;
+  Grid grid_;
   ContourCell cell_;
-  std::vector<std::size_t> first_;  // of a column in binned_
+  RowSort sort_;
+  std::vector<std::size_t> first_;  // of a cell in binned_
   std::vector<std::uint8_t> covered_;
+  Array<Touched> touched_;
   Array<OrdinalRectangle> binned_;
   Array<ContourVertex> vertices_;
-  std::vector<std::size_t> place_;  // of the next vertex of a bucket of rows
+  std::vector<std::size_t> ends_;  // of the strips in vertices_
 };
 
-/// The vertices of each strip.
+/// The vertices of each part.
 std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr std::size_t kGrain = 1 << 13;  // rectangles for a thread
+  constexpr double kPart = 1 << 13;  // rectangles in cells that make another part, and thread, worth while
   const Grid grid = make_grid(all, axes);
-  const Strips strips(all, grid.strips);
-  const std::size_t grain = std::max(kGrain * strips.size() / all.size(), std::size_t{1});
-  all = Array<OrdinalRectangle>();  // {} would keep the memory
-  PerThread<StripContour> finders(StripContour(grid.columns));
-  std::vector<Array<ContourVertex>> parts(strips.size());
-  parallel_ranges(0, strips.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Interruptible::check();
-      const auto strip = static_cast<std::uint32_t>(i);
-      parts[i] = finders.local().find(strips[i], grid.strips.begin(strip), grid.strips.begin(strip + 1));
-    }
+  const Parts parts(std::move(all), grid.strips, static_cast<std::size_t>(kPart / grid.touched) + 1);
+  PerThread<PartContour> finders{PartContour(grid)};
+  std::vector<Array<ContourVertex>> found(parts.size());
+  parallel_ranges(0, parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      found[i] = finders.local().find(parts[i], parts.first_strip(i), parts.first_strip(i + 1));
   });
-  return parts;
+  return found;
 }
 
-Array<ContourVertex> joined(const std::vector<Array<ContourVertex>>& parts) {
+Array<ContourVertex> joined(std::vector<Array<ContourVertex>> parts) {
+  if (parts.size() == 1) return std::move(parts[0]);
   std::vector<std::size_t> first(parts.size() + 1);
   for (std::size_t i = 0; i < parts.size(); ++i) first[i + 1] = first[i] + parts[i].size();
   Array<ContourVertex> all;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.hpp"
@@ -21,10 +23,48 @@ bool covers(const OrdinalRectangle& r, const OrdinalRectangle& cell) {
 
 template <class Bit>
 void ContourCell::Places::set_ranges(std::span<const OrdinalRectangle> rectangles, unsigned axis, Bit&& bit) {
-  ranges_.resize(rectangles.size());
+  make_ranges(rectangles.size());
   for (std::size_t i = 0; i < rectangles.size(); ++i)
-    ranges_[i] = {static_cast<std::uint8_t>(bit(rectangles[i].lo[axis])),
-                  static_cast<std::uint8_t>(bit(rectangles[i].hi[axis]))};
+    ranges_[i] = {static_cast<std::uint16_t>(bit(rectangles[i].lo[axis])),
+                  static_cast<std::uint16_t>(bit(rectangles[i].hi[axis]))};
+}
+
+/// Ranks by comparing all with all that the cell owns, many at a time and without a branch; equal ones share
+/// a bit, and leave others that nothing begins at. False if there are too many.
+template <class Lane>
+bool ContourCell::Places::find_by_counting(std::span<const OrdinalRectangle> rectangles, unsigned axis) {
+  using Lanes [[gnu::vector_size(16)]] = Lane;
+  constexpr std::size_t kLanes = sizeof(Lanes) / sizeof(Lane);
+  constexpr auto kLeast = std::numeric_limits<Lane>::min();
+  alignas(Lanes) std::array<Lane, 2 * kCounted> offsets;
+  Lanes owned[kBits];
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < rectangles.size(); ++i) {
+    if (count > kBits - 3) return false;
+    for (const unsigned end : {0u, 1u}) {
+      const std::uint32_t place = offset((end == 0 ? rectangles[i].lo : rectangles[i].hi)[axis]);
+      owned[count] = Lanes{} + (offsets[2 * i + end] = static_cast<Lane>(place + std::uint32_t(kLeast)));
+      count += place - 1 < extent_;
+    }
+  }
+  count_ = count;
+  make_ranges(rectangles.size());
+  ordinals_.resize(std::max(ordinals_.size(), std::size_t{kBits} + 2));
+  for (std::size_t begin = 0; begin < 2 * rectangles.size(); begin += kLanes) {
+    Lanes ends;
+    std::memcpy(&ends, &offsets[begin], sizeof ends);
+    Lanes bits = -(ends > Lanes{} + kLeast);
+#pragma GCC unroll 8
+    for (std::uint32_t i = 0; i < count; ++i) bits -= ends > owned[i];
+    for (std::size_t i = 0; i < kLanes; i += 2)
+      ranges_[(begin + i) / 2] = {static_cast<std::uint16_t>(bits[i]),
+                                  static_cast<std::uint16_t>(bits[i + 1])};
+  }
+  for (std::size_t i = 0; i < rectangles.size(); ++i) {
+    ordinals_[ranges_[i].begin] = rectangles[i].lo[axis];
+    ordinals_[ranges_[i].end] = rectangles[i].hi[axis];
+  }
+  return true;
 }
 
 void ContourCell::Places::find_by_marks(std::span<const OrdinalRectangle> rectangles, unsigned axis) {
@@ -42,19 +82,19 @@ void ContourCell::Places::find_by_marks(std::span<const OrdinalRectangle> rectan
   for (std::uint32_t w = 0; w <= extent_ / kBits; ++w)
     for (std::uint64_t word = std::exchange(marks_[w], 0); word != 0; word &= word - 1) {
       const std::uint32_t place = w * kBits + static_cast<std::uint32_t>(std::countr_zero(word));
-      ordinals_.push_back(lo_ - 1 + place);
       bits_[place] = static_cast<std::uint8_t>(ordinals_.size());
+      ordinals_.push_back(lo_ - 1 + place);
     }
   bits_[0] = 0;
-  bits_[extent_ + 1] = static_cast<std::uint8_t>(ordinals_.size() + 1);
+  bits_[extent_ + 1] = static_cast<std::uint8_t>(ordinals_.size());
 }
 
 void ContourCell::Places::find_by_sorting(std::span<const OrdinalRectangle> rectangles, unsigned axis) {
   for (const OrdinalRectangle& r : rectangles)
     for (const std::uint32_t ordinal : {r.lo[axis], r.hi[axis]})
       if (ordinal - lo_ < extent_) ordinals_.push_back(ordinal);
-  std::ranges::sort(ordinals_);
-  ordinals_.erase(std::unique(ordinals_.begin(), ordinals_.end()), ordinals_.end());
+  std::sort(ordinals_.begin() + 1, ordinals_.end());
+  ordinals_.erase(std::unique(ordinals_.begin() + 1, ordinals_.end()), ordinals_.end());
 }
 
 bool ContourCell::Places::assign(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
@@ -66,28 +106,23 @@ bool ContourCell::Places::assign(const OrdinalRectangle& cell, std::span<const O
     set_ranges(rectangles, axis, [this](std::uint32_t ordinal) { return offset(ordinal); });
     return true;
   }
-  ordinals_.clear();
+  if (rectangles.size() <= kCounted && (extent_ < 0xffff ? find_by_counting<std::int16_t>(rectangles, axis)
+                                                         : find_by_counting<std::int32_t>(rectangles, axis)))
+    return true;
+  ordinals_.resize(1);
   const bool by_marks = extent_ <= kMarked;
   by_marks ? find_by_marks(rectangles, axis) : find_by_sorting(rectangles, axis);
-  count_ = static_cast<std::uint32_t>(ordinals_.size());
+  count_ = static_cast<std::uint32_t>(ordinals_.size() - 1);
   if (count_ >= kBits) return false;
   if (by_marks)
     set_ranges(rectangles, axis, [this](std::uint32_t ordinal) { return bits_[offset(ordinal)]; });
   else
     set_ranges(rectangles, axis, [this](std::uint32_t ordinal) {
-      const auto places = std::ranges::upper_bound(ordinals_, ordinal) - ordinals_.begin();
-      return places + (ordinal >= lo_ + extent_);
+      const auto places =
+          std::upper_bound(ordinals_.begin() + 1, ordinals_.end(), ordinal) - ordinals_.begin();
+      return places - (ordinal < lo_ + extent_);
     });
   return true;
-}
-
-std::uint64_t ContourCell::Places::occurring() const {
-  const std::uint64_t owned = ~std::uint64_t{0} >> (kBits - 1 - count_) & ~std::uint64_t{1};
-  if (!is_direct()) return owned;
-  std::uint64_t bits = 0;
-  for (const Range& r : ranges_)
-    bits |= std::uint64_t{1} << r.begin % kBits | std::uint64_t{1} << r.end % kBits;  // bit 64 is not owned
-  return bits & owned;
 }
 
 void ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
@@ -126,13 +161,18 @@ void ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRec
 }
 
 void ContourCell::fill() {
-  std::fill_n(rows_.begin(), places_[1].count() + 1, 0);
+  const std::uint32_t count = places_[1].count();
+  std::fill_n(rows_.begin(), count + 1, 0);
+  std::uint64_t ends = 0;  // bit 64 lies beyond what the cell owns, and it does no harm as bit 0
   const std::span<const Places::Range> columns = places_[0].ranges(), rows = places_[1].ranges();
   for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto [begin, end] = rows[i];
     const std::uint64_t bits = ~std::uint64_t{0} >> (kBits - columns[i].end) & ~std::uint64_t{0}
                                                                                    << columns[i].begin;
-    for (std::uint32_t row = rows[i].begin; row < rows[i].end; ++row) rows_[row] |= bits;
+    for (std::uint32_t row = begin; row < end; ++row) rows_[row] |= bits;
+    ends |= std::uint64_t{1} << begin % kBits | std::uint64_t{1} << end % kBits;
   }
+  occurring_ = ends & ~std::uint64_t{0} >> (kBits - 1 - count) & ~std::uint64_t{1};
 }
 
 void ContourCell::emit(Array<ContourVertex>& out) const {
@@ -141,7 +181,7 @@ void ContourCell::emit(Array<ContourVertex>& out) const {
   out.resize(before + columns.count() * rows.count());
   ContourVertex* vertex = out.data() + before;
   const std::uint64_t owned = ~std::uint64_t{0} >> (kBits - columns.count());
-  for (std::uint64_t rest = rows.occurring(); rest != 0; rest &= rest - 1) {
+  for (std::uint64_t rest = occurring_; rest != 0; rest &= rest - 1) {
     const auto row = static_cast<std::uint32_t>(std::countr_zero(rest));
     const std::uint64_t below = rows_[row - 1], above = rows_[row], differ = below ^ above;
     const std::uint64_t along_x = (below ^ below >> 1) | (above ^ above >> 1), along_y = differ | differ >> 1;

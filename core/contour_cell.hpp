@@ -31,9 +31,11 @@ class ContourCell {
   void find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
             Array<ContourVertex>& out);
 
- private:
   static constexpr std::uint32_t kBits = 64;
+  /// So many vertices at most come from one bitmap.
+  static constexpr std::size_t kMost = std::size_t{kBits} * kBits;
 
+ private:
   /// The places of a cell's bits along one axis. Bit 0 lies below the first place that the cell owns, bit i
   /// above place i - 1; the places are all ordinals of a narrow cell, else those that occur.
   class Places {
@@ -41,36 +43,45 @@ class ContourCell {
     /// Takes the places in, unless there are more than a row of bits has room for.
     bool assign(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis);
     std::uint32_t count() const { return count_; }
-    bool is_direct() const { return extent_ < kBits; }
-    std::uint32_t ordinal(std::uint32_t place) const { return is_direct() ? lo_ + place : ordinals_[place]; }
+    std::uint32_t ordinal(std::uint32_t place) const {
+      return is_direct() ? lo_ + place : ordinals_[place + 1];
+    }
     /// An ordinal that halves the places.
-    std::uint32_t middle() const { return ordinals_[count_ / 2]; }
+    std::uint32_t middle() const { return ordinals_[count_ / 2 + 1]; }
     /// The first bit of each rectangle and the one after its last.
     struct Range {
-      std::uint8_t begin, end;
+      std::uint16_t begin, end;
     };
-    std::span<const Range> ranges() const { return ranges_; }
-    /// Places where a rectangle begins or ends, by bit.
-    std::uint64_t occurring() const;
+    std::span<const Range> ranges() const { return std::span(ranges_).first(range_count_); }
 
    private:
     static constexpr std::uint32_t kMarked = 1u << 15;  // ordinals of a cell that are marked in a bitmap
+    static constexpr std::size_t kCounted = 96;         // rectangles that are ranked by counting
 
+    bool is_direct() const { return extent_ < kBits; }
     /// Counts from 1 at the low end of the cell; 0 stands for all that is lower, extent + 1 for its high end
     /// and beyond.
     std::uint32_t offset(std::uint32_t ordinal) const {
       return std::clamp(ordinal, lo_ - 1, lo_ + extent_) - (lo_ - 1);
     }
+    void make_ranges(std::size_t count) {
+      range_count_ = count;
+      ranges_.resize(std::max({ranges_.size(), count, kCounted}));
+    }
     template <class Bit>
     void set_ranges(std::span<const OrdinalRectangle> rectangles, unsigned axis, Bit&& bit);
+    template <class Lane>
+    bool find_by_counting(std::span<const OrdinalRectangle> rectangles, unsigned axis);
     void find_by_marks(std::span<const OrdinalRectangle> rectangles, unsigned axis);
     void find_by_sorting(std::span<const OrdinalRectangle> rectangles, unsigned axis);
 
     std::uint32_t lo_ = 0, extent_ = 0, count_ = 0;
-    std::vector<std::uint32_t> ordinals_;  // of the places, ascending, unless all of the cell's are places
-    std::vector<std::uint64_t> marks_;     // by offset; all zero between calls
-    std::vector<std::uint8_t> bits_;       // by marked offset
-    std::vector<Range> ranges_;
+    std::vector<std::uint32_t>
+        ordinals_;                      // by bit above them, ascending, unless all of the cell's are places
+    std::vector<std::uint64_t> marks_;  // by offset; all zero between calls
+    std::vector<std::uint8_t> bits_;    // by marked offset
+    std::vector<Range> ranges_;         // and room for more
+    std::size_t range_count_ = 0;
   };
 
   void halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis,
@@ -80,6 +91,7 @@ class ContourCell {
 
   std::array<Places, 2> places_;
   std::array<std::uint64_t, kBits> rows_{};
+  std::uint64_t occurring_ = 0;  // bits of rows above which a rectangle begins or ends
 };
 
 }  // namespace boxunion

@@ -1,194 +1,210 @@
 #include "core/polygons.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
-#include <numeric>
-#include <ranges>
 #include <span>
-#include <utility>
 #include <vector>
 
+#include "core/contour_links.hpp"
 #include "core/error.hpp"
-#include "core/face_sweep.hpp"
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
+#include "core/planes.hpp"
 #include "core/radix_sort.hpp"
 
 namespace boxunion {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::uint8_t kUp = 4;  // direction of faces
 
-/// Links the corners of all loops, counter-clockwise. Corner i is that of vertex i; where two corners touch,
-/// the second one has a number of its own, from the number of vertices on.
-class LoopLinks {
- public:
-  /// The corners where the edges at both ends of an interval begin.
-  struct Interval {
-    std::uint32_t left, right;
-  };
-  /// Where a loop may be lowest: a corner that starts an interval or, of a hole, splits one, whose left end
-  /// is then on a loop of the same polygon that is lower still.
-  struct Beginning {
-    std::uint32_t corner, beside;
-  };
+bool fills(const ContourVertex& vertex, Quadrant quadrant) {
+  return vertex.quadrants >> quadrant & 1u;
+}
 
-  explicit LoopLinks(std::size_t vertices) : vertices_(vertices) {
-    with_memory("the loops", vertices * sizeof(std::uint32_t), [&] {
-      next_.resize(vertices);
-      beginnings_.reserve(vertices / 2);  // seldom more, and what is not used takes no memory
-    });
-  }
+/// The loops that begin in a band, in the order of their beginnings.
+struct BandLoops {
+  Array<std::uint32_t> corners;      // of one loop after the other
+  Array<std::uint32_t> ends;         // of each loop in `corners`
+  std::vector<std::uint32_t> holes;  // which of the loops are holes
 
-  std::size_t corners() const { return next_.size(); }
-  std::uint32_t& next(std::uint32_t corner) { return next_[corner]; }
-  std::uint32_t vertex(std::uint32_t corner) const {
-    return corner < vertices_ ? corner : second_[corner - vertices_];
+  std::size_t size() const { return ends.size(); }
+  std::size_t polygons() const { return ends.size() - holes.size(); }
+  std::span<const std::uint32_t> operator[](std::size_t loop) const {
+    const std::uint32_t begin = loop == 0 ? 0 : ends[loop - 1];
+    return std::span(corners).subspan(begin, ends[loop] - begin);
   }
-  std::span<const Beginning> beginnings() const { return beginnings_; }
-
-  Interval start(std::size_t i) {
-    const std::uint32_t c = corner(i);
-    beginnings_.push_back({c, kNone});
-    return {c, c};
-  }
-  void end(const Interval& a, std::size_t i) {
-    const std::uint32_t c = corner(i);
-    next_[a.right] = c;
-    next_[c] = a.left;
-  }
-  void left(Interval& a, std::size_t i) {
-    const std::uint32_t c = corner(i);
-    next_[c] = a.left;
-    a.left = c;
-  }
-  void right(Interval& a, std::size_t i) {
-    const std::uint32_t c = corner(i);
-    next_[a.right] = c;
-    a.right = c;
-  }
-  Interval split(Interval& a, std::size_t i) {
-    const std::uint32_t c = corner(i);
-    beginnings_.push_back({c, a.left});
-    const Interval right_part = {c, a.right};
-    a.right = c;
-    return right_part;
-  }
-  void merge(Interval& a, const Interval& b, std::size_t i) {
-    const std::uint32_t c = corner(i);
-    next_[a.right] = c;
-    next_[c] = b.left;
-    a.right = b.right;
-  }
-
- private:
-  std::uint32_t corner(std::size_t i) {
-    const auto vertex = static_cast<std::uint32_t>(i);
-    if (vertex != last_) return last_ = vertex;
-    second_.push_back(vertex);
-    next_.push_back(kNone);
-    return static_cast<std::uint32_t>(next_.size() - 1);
-  }
-
-  std::size_t vertices_;
-  std::uint32_t last_ = kNone;  // the vertex of the last corner
-  Array<std::uint32_t> next_;
-  std::vector<std::uint32_t> second_;  // vertices of second corners
-  Array<Beginning> beginnings_;        // in order of their vertices
 };
 
-/// The x of vertices as small numbers in the same order: ordinals, or ranks where the ordinals are too
-/// sparse.
-class Columns {
- public:
-  explicit Columns(const Contour& contour)
-      : vertices_(contour.vertices), count_(contour.axes[0].count() + 1) {
-    constexpr std::size_t kFew = 1 << 16;
-    if (count_ <= std::max(kFew, vertices_.size())) return;
-    Array<std::uint64_t> sorted(vertices_.size());
-    for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = std::uint64_t{vertices_[i].x} << 32 | i;
-    radix_sort(std::span(sorted));
-    ranks_.resize(sorted.size());
-    count_ = 0;
-    for (std::size_t i = 0; i < sorted.size(); ++i) {
-      if (i == 0 || sorted[i] >> 32 != sorted[i - 1] >> 32) ++count_;
-      ranks_[static_cast<std::uint32_t>(sorted[i])] = static_cast<std::uint32_t>(count_ - 1);
+/// Follows the loops that begin in a band. One that comes from a lower band is left as soon as it is seen to;
+/// corners of the band are marked when they are passed, so that none is passed twice.
+BandLoops trace(const Contour& contour, const ContourLinks& links, const ContourLinks::Band& band) {
+  const std::uint32_t n = static_cast<std::uint32_t>(contour.vertices.size()), size = band.end - band.begin;
+  BandLoops loops;
+  with_memory("the loops", size * sizeof(std::uint32_t), [&] { loops.corners.reserve(size); });
+  loops.ends.reserve(band.beginnings.size());
+  std::vector<std::uint64_t> passed(size / 32 + 1);  // two bits a vertex: its own corner, the upper one
+  for (const std::uint32_t first : band.beginnings) {
+    const std::size_t begin = loops.corners.size();
+    std::uint32_t corner = first;
+    for (;; corner = links.next(corner)) {
+      const std::uint32_t vertex = links.vertex(corner), place = vertex - band.begin;
+      if (place < size) {
+        std::uint64_t& word = passed[place / 32];
+        const std::uint64_t bit = std::uint64_t{corner == vertex ? 1u : 2u} << place % 32 * 2;
+        if (word & bit) break;
+        word |= bit;
+      } else if (vertex < band.begin) {
+        break;
+      }
+      loops.corners.push_back(corner);
     }
-  }
-  std::uint32_t count() const { return static_cast<std::uint32_t>(count_); }
-  std::uint32_t operator[](std::size_t vertex) const {
-    return ranks_.empty() ? vertices_[vertex].x : ranks_[vertex];
-  }
-
- private:
-  std::span<const ContourVertex> vertices_;
-  std::size_t count_;
-  Array<std::uint32_t> ranks_;
-};
-
-/// The loops in the order of their beginnings, and the polygon of each.
-struct Loops {
-  Array<std::uint32_t> points, first_point = {0};
-  Array<std::uint32_t> polygon;
-  std::uint32_t polygons = 0;
-
-  std::size_t size() const { return polygon.size(); }
-};
-
-/// Follows the links; afterwards they hold the loop of each corner.
-Loops trace(LoopLinks& links) {
-  Loops loops;
-  with_memory("the loops", links.corners() * sizeof(std::uint32_t),
-              [&] { loops.points.resize(links.corners()); });
-  loops.first_point.reserve(links.beginnings().size() + 1);
-  loops.polygon.reserve(links.beginnings().size());
-  std::vector<std::uint64_t> traced(links.corners() / 64 + 1);
-  std::uint32_t end = 0;
-  for (const LoopLinks::Beginning& beginning : links.beginnings()) {
-    std::uint32_t corner = beginning.corner;
-    if (traced[corner / 64] >> corner % 64 & 1) continue;
-    const auto loop = static_cast<std::uint32_t>(loops.size());
-    do {
-      loops.points[end++] = links.vertex(corner);
-      traced[corner / 64] |= std::uint64_t{1} << corner % 64;
-      corner = std::exchange(links.next(corner), loop);
-    } while (corner != beginning.corner);
-    loops.first_point.push_back(end);
-    loops.polygon.push_back(beginning.beside == kNone ? loops.polygons++
-                                                      : loops.polygon[links.next(beginning.beside)]);
+    if (loops.corners.size() == begin) continue;
+    if (corner != first) {
+      loops.corners.resize(begin);
+      continue;
+    }
+    const bool is_hole = first < n && !fills(contour.vertices[first], right_above);
+    if (is_hole) loops.holes.push_back(static_cast<std::uint32_t>(loops.ends.size()));
+    loops.ends.push_back(static_cast<std::uint32_t>(loops.corners.size()));
   }
   return loops;
 }
 
-/// The loops sorted by polygon.
-Faces sorted(Loops loops) {
-  Faces faces;
-  faces.direction.resize(loops.polygons);
-  std::ranges::fill(faces.direction, kUp);
-  faces.first_loop.resize(std::size_t{loops.polygons} + 1);
-  if (loops.size() == loops.polygons) {  // no holes
-    std::iota(faces.first_loop.begin(), faces.first_loop.end(), 0u);
-    faces.loop_points = std::move(loops.points);
-    faces.first_point = std::move(loops.first_point);
-    return faces;
+constexpr std::uint32_t kRising = 1u << left_below | 1u << right_above;
+
+/// By how many the left ends of intervals in a column become more above a vertex, by its quadrants.
+constexpr auto kLeftEnds = [] {
+  std::array<std::int32_t, 16> change{};
+  for (unsigned q = 0; q < 16; ++q)
+    change[q] = int((q >> right_above & 1u) > (q >> left_above & 1u)) -
+                int((q >> right_below & 1u) > (q >> left_below & 1u));
+  return change;
+}();
+
+/// The left ends of the intervals in which a row cuts polygons, by column: a bitmap, and counts of what is in
+/// blocks of it, for it must change fast.
+class LeftEnds {
+ public:
+  explicit LeftEnds(std::uint32_t columns)
+      : words_(columns / 64 + 1), blocks_(columns / kBlock + 1), corners_(columns) {}
+
+  /// Where a column's left end, if there is one above, comes from.
+  void change(std::uint32_t column, std::int32_t change, std::uint32_t corner) {
+    words_[column / 64] ^= std::uint64_t(change != 0) << column % 64;
+    blocks_[column / kBlock] += change;
+    corners_[column] = corner;
   }
-  std::ranges::fill(faces.first_loop, 0u);
-  for (const std::uint32_t polygon : loops.polygon) ++faces.first_loop[polygon + 1];
-  std::inclusive_scan(faces.first_loop.begin(), faces.first_loop.end(), faces.first_loop.begin());
-  std::vector<std::uint32_t> place(faces.first_loop.begin(), faces.first_loop.end() - 1), order(loops.size());
-  for (std::uint32_t loop = 0; loop < order.size(); ++loop) order[place[loops.polygon[loop]]++] = loop;
-  faces.first_point.resize(loops.size() + 1);
-  for (std::size_t i = 0; i < order.size(); ++i)
-    faces.first_point[i + 1] =
-        faces.first_point[i] + loops.first_point[order[i] + 1] - loops.first_point[order[i]];
-  with_memory("the polygons", loops.points.size() * sizeof(std::uint32_t),
-              [&] { faces.loop_points.resize(loops.points.size()); });
-  parallel_ranges(0, order.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      std::copy(loops.points.begin() + loops.first_point[order[i]],
-                loops.points.begin() + loops.first_point[order[i] + 1],
-                faces.loop_points.begin() + faces.first_point[i]);
+  /// The corner whence the last left end before a column comes; there must be one.
+  std::uint32_t below(std::uint32_t column) const {
+    std::uint32_t word = column / 64;
+    std::uint64_t bits = words_[word] & ((std::uint64_t{1} << column % 64) - 1);
+    while (bits == 0) {
+      if (word % kWords == 0)
+        while (blocks_[word / kWords - 1] == 0) word -= kWords;
+      bits = words_[--word];
+    }
+    return corners_[word * 64 + 63 - static_cast<std::uint32_t>(std::countl_zero(bits))];
+  }
+
+ private:
+  static constexpr std::uint32_t kBlock = 4096, kWords = kBlock / 64;
+
+  std::vector<std::uint64_t> words_;
+  std::vector<std::int32_t> blocks_;
+  Array<std::uint32_t> corners_;
+};
+
+/// A loop round a hole.
+struct Hole {
+  std::uint32_t polygon;  // that has the hole
+  std::span<const std::uint32_t> corners;
+};
+
+/// The holes in order of loops. Of each, the left end of the interval that it splits is on a loop of the same
+/// polygon that begins lower. Links are overwritten by what their corners are of: a polygon's outer loop, or
+/// a hole.
+std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& columns, ContourLinks& links,
+                             std::span<const BandLoops> bands) {
+  constexpr std::uint32_t kHole = 0x80000000u;
+  std::vector<Hole> holes;
+  std::vector<std::array<std::uint32_t, 2>> before;  // polygons and holes of the bands below each
+  std::uint32_t polygons = 0;
+  for (const BandLoops& band : bands) {
+    before.push_back({polygons, static_cast<std::uint32_t>(holes.size())});
+    for (const std::uint32_t hole : band.holes) holes.push_back({0, band[hole]});
+    polygons += static_cast<std::uint32_t>(band.polygons());
+  }
+  if (holes.empty()) return holes;
+  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      auto [polygon, hole] = before[b];
+      auto own = bands[b].holes.begin();
+      for (std::size_t l = 0; l < bands[b].size(); ++l) {
+        const bool is_hole = own != bands[b].holes.end() && *own == l;
+        own += is_hole;
+        const std::uint32_t label = is_hole ? kHole | hole++ : polygon++;
+        for (const std::uint32_t corner : bands[b][l]) links.next(corner) = label;
+      }
+    }
+  });
+  LeftEnds left_ends(columns.count());
+  std::uint32_t i = 0;
+  for (Hole& hole : holes) {
+    for (const std::uint32_t lowest = hole.corners[0]; i < lowest; ++i) {
+      const std::uint32_t quadrants = contour.vertices[i].quadrants;
+      left_ends.change(columns[i], kLeftEnds[quadrants], quadrants == kRising ? links.upper(i) : i);
+    }
+    const std::uint32_t beside = links.next(left_ends.below(columns[i]));
+    hole.polygon = beside < kHole ? beside : holes[beside - kHole].polygon;
+  }
+  return holes;
+}
+
+/// The polygons with their holes, which are sorted by polygon.
+Faces joined(const ContourLinks& links, std::span<const BandLoops> bands, std::span<const Hole> holes) {
+  struct Place {
+    std::size_t polygon = 0, hole = 0, point = 0;
+  };
+  std::vector<Place> before(bands.size() + 1);
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    Place place = before[b];
+    place.polygon += bands[b].polygons();
+    place.point += bands[b].corners.size();
+    for (const std::uint32_t hole : bands[b].holes) place.point -= bands[b][hole].size();
+    for (; place.hole < holes.size() && holes[place.hole].polygon < place.polygon; ++place.hole)
+      place.point += holes[place.hole].corners.size();
+    before[b + 1] = place;
+  }
+  const Place& all = before.back();
+  Faces faces;
+  with_memory("the polygons", all.point * sizeof(std::uint32_t), [&] {
+    faces.loop_points.resize(all.point);
+    faces.first_point.resize(all.polygon + all.hole + 1);
+    faces.first_loop.resize(all.polygon + 1);
+    faces.direction.resize(all.polygon);
+  });
+  std::ranges::fill(faces.direction, kUp);
+  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      auto [polygon, hole, point] = before[b];
+      const auto append = [&](std::span<const std::uint32_t> corners) {
+        for (const std::uint32_t corner : corners) faces.loop_points[point++] = links.vertex(corner);
+        faces.first_point[polygon + hole + 1] = static_cast<std::uint32_t>(point);
+      };
+      std::size_t own_hole = 0;
+      for (std::uint32_t l = 0; l < bands[b].size(); ++l) {
+        if (own_hole < bands[b].holes.size() && bands[b].holes[own_hole] == l) {
+          ++own_hole;
+          continue;
+        }
+        append(bands[b][l]);
+        for (++polygon; hole < holes.size() && holes[hole].polygon + 1 == polygon; ++hole)
+          append(holes[hole].corners);
+        faces.first_loop[polygon] = static_cast<std::uint32_t>(polygon + hole);
+      }
+    }
   });
   return faces;
 }
@@ -196,18 +212,20 @@ Faces sorted(Loops loops) {
 }  // namespace
 
 Faces find_polygons(const Contour& contour) {
-  const std::span<const ContourVertex> vertices = contour.vertices;
-  if (vertices.size() >= kNone / 2)  // a vertex may have two corners
+  constexpr std::size_t kMost = 0x7fffffff;  // a vertex may have two corners
+  if (contour.vertices.size() > kMost)
     throw Error(ErrorKind::resources, "the contour has more than 2^31 - 1 vertices");
-  const Columns columns(contour);
-  const auto swept = std::views::iota(std::uint32_t{0}, static_cast<std::uint32_t>(vertices.size())) |
-                     std::views::transform([&](std::uint32_t i) {
-                       return SweepVertex{i, columns[i], vertices[i].quadrants};
-                     });
-  LoopLinks links(vertices.size());
-  FaceSweep<LoopLinks::Interval>().run(swept, columns.count(), links);
+  const ContourColumns columns(contour);
+  ContourLinks links(contour, columns);
   Interruptible::check();
-  return sorted(trace(links));
+  std::vector<BandLoops> bands(links.bands().size());
+  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) bands[b] = trace(contour, links, links.bands()[b]);
+  });
+  Interruptible::check();
+  std::vector<Hole> holes = find_holes(contour, columns, links, bands);
+  radix_sort(std::span(holes), [](const Hole& hole) { return hole.polygon; });
+  return joined(links, bands, holes);
 }
 
 }  // namespace boxunion

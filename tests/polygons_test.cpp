@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <array>
 #include <atomic>
@@ -129,6 +130,41 @@ TEST(Polygons, OfEveryOccupancy) {
         if (border || !(occupancy >> ((y - 1) * 4 + x - 1) & 1u)) empty |= std::uint64_t{1} << (y * 6 + x);
       }
     ASSERT_EQ(holes, groups(empty, 6, true) - 1) << occupancy;
+  }
+}
+
+/// Loops that go up and down again through all rows: frames in each other with slits, and much between.
+Rectangles<std::int32_t> frames_with_slits() {
+  Rectangles<std::int32_t> all = scattered<std::int32_t>(6000, 12000, 60, 60, 3);
+  constexpr int kFrames = 40, kSide = 20000;
+  for (int i = 0; i < kFrames; ++i) {
+    const int lo = 200 * i, hi = kSide - lo, slit = kSide / 2 + 7 * i;
+    append(all, {{lo, lo, lo + 100, hi},
+                 {hi - 100, lo, hi, hi},
+                 {lo, lo, slit, lo + 100},
+                 {slit + 5, lo, hi, lo + 100}});
+    append(all, i % 2 ? Rectangles<std::int32_t>{{lo, hi - 100, hi, hi}}
+                      : Rectangles<std::int32_t>{{lo, hi - 100, slit, hi}, {slit + 9, hi - 100, hi, hi}});
+  }
+  return all;
+}
+
+TEST(Polygons, DoNotDependOnThreads) {
+  auto sets = large_sets<std::int32_t>();
+  sets.push_back(frames_with_slits());
+  sets.push_back(scattered<std::int32_t>(100000, 30000, 90, 90, 9));
+  for (const auto& rectangles : sets) {
+    const Contour contour = find_contour(rectangles);
+    const auto found = [&](int threads) {
+      return tbb::task_arena(threads).execute([&] { return find_polygons(contour); });
+    };
+    const Faces one = found(1);
+    for (const int threads : {2, 3, 7}) {
+      const Faces many = found(threads);
+      EXPECT_TRUE(many.loop_points == one.loop_points);
+      EXPECT_TRUE(many.first_point == one.first_point);
+      EXPECT_TRUE(many.first_loop == one.first_loop);
+    }
   }
 }
 
