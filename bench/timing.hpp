@@ -22,7 +22,7 @@ constexpr double kTurn = 0.1;
 
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
+  return (values[(values.size() - 1) / 2] + values[values.size() / 2]) / 2;
 }
 
 /// Median wall seconds of some calls.
