@@ -79,11 +79,14 @@ NativeCells::NativeCells(CellKernel kernel, const CellSink& sink, const std::ato
     : sink_(sink), source_(source(kernel, sink)), interrupted_(interrupted) {}
 
 void NativeCells::compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const {
-  for (std::uint32_t r = 0; r < batch.runs.size(); ++r) {
-    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
-    const Parameters parameters{r, r + 1, capacity, 2};
-    source_.native(buffers, &parameters, 0, 1);
-  }
+  parallel_ranges(0, batch.runs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+      const auto run = static_cast<std::uint32_t>(r);
+      const Parameters parameters{run, run + 1, capacity, 2};
+      source_.native(buffers, &parameters, 0, 1);
+    }
+  });
 }
 
 void NativeCells::run(const CellBatch& batch) {

@@ -23,6 +23,7 @@ constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a devic
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
 // Boxes of a tile where boxes are few. On a device more: lavapipe stops the loops of larger cells.
 constexpr std::size_t kLeastInTile = 1000, kLeastInNativeTile = 250;
+constexpr std::size_t kMostAtOnce = 1u << 16;  // boxes of all tiles, to be cut before cells are computed
 
 /// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
 /// grid over them would be nearly empty.
@@ -164,8 +165,25 @@ class CellRunner {
     return sum;
   }
 
-  /// Every thread cuts a tile and computes its cells while they are in its cache.
+  /// Do so few of the tiles have so many of the boxes that threads cannot share the tiles?
+  bool is_uneven(std::size_t first_tile) const {
+    std::size_t boxes = 0, most = 0;
+    for (std::size_t tile = first_tile; tile < tiles() && boxes <= kMostAtOnce; ++tile) {
+      const std::size_t here = count(tile);
+      boxes += here;
+      most = std::max(most, here);
+    }
+    return thread_count() > 1 && boxes <= kMostAtOnce && most * (thread_count() + 1) > boxes;
+  }
+
+  /// Every thread cuts a tile and computes its cells while they are in its cache. Or the tiles are cut first,
+  /// and threads share the cells.
   void run_natively(std::size_t first_tile) {
+    if (is_uneven(first_tile)) {
+      CellBatch batch;
+      fill(batch, std::numeric_limits<std::size_t>::max(), first_tile);
+      return NativeCells(options_.kernel, sink_, options_.interrupted).run(batch);
+    }
     struct Worker {
       NativeCells cells;
       CellBatch batch;
