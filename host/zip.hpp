@@ -13,7 +13,7 @@ namespace boxunion {
 /// parallel; the archive depends on their content alone, not on threads, times or how it came in parts. It is
 /// ZIP64 only where a size needs that.
 ///
-/// Source: https://pkware.cachefly.net/webdocs/casestudies/APPNOTE.TXT
+/// Source: PKWARE, .ZIP File Format Specification (APPNOTE.TXT).
 class ZipWriter {
  public:
   /// Numbers above `most_plain` are written as ZIP64.
