@@ -105,13 +105,13 @@ class PlaneFaces {
     sweep_.assign(axis, plane);
     for (unsigned side = 0; side < 2; ++side) {
       if (sweep_.is_rectangle(side) && points_->contacts() == NonManifold::keep) {
-        add_rectangle(side, part);
-        continue;
+        write_rectangle(side, part.loop_points);
+      } else {
+        links_.reset(plane.size());
+        sweep_.run(side, links_);
+        const std::uint32_t faces = write_loops(side, part.loop_points);
+        if (faces < loops_.size()) sort_loops(part.loop_points);
       }
-      links_.reset(plane.size());
-      sweep_.run(side, links_);
-      const std::uint32_t faces = write_loops(side, part.loop_points);
-      if (faces < loops_.size()) sort_loops(part.loop_points);
       for (std::size_t i = 0; i < loops_.size(); ++i) {
         part.loop_ends.push_back(loops_[i].end);
         if (i + 1 < loops_.size() && loops_[i + 1].face == loops_[i].face) continue;
@@ -127,13 +127,12 @@ class PlaneFaces {
     std::uint32_t begin, end;  // in loop_points
   };
 
-  void add_rectangle(unsigned side, FacePart& part) {
+  /// The one loop of a side that is a rectangle.
+  void write_rectangle(unsigned side, Array<std::uint32_t>& points) {
     constexpr std::array<std::array<std::uint32_t, 4>, 2> order = {{{0, 1, 3, 2}, {0, 2, 3, 1}}};
-    for (const std::uint32_t i : order[side])
-      part.loop_points.push_back(plane_[sweep_.vertices(side)[i].id].vertex);
-    part.loop_ends.push_back(static_cast<std::uint32_t>(part.loop_points.size()));
-    part.face_ends.push_back(static_cast<std::uint32_t>(part.loop_ends.size()));
-    part.direction.push_back(static_cast<std::uint8_t>(2 * axis_ + int(side)));
+    const auto begin = static_cast<std::uint32_t>(points.size());
+    for (const std::uint32_t i : order[side]) points.push_back(plane_[sweep_.vertices(side)[i].id].vertex);
+    loops_.assign(1, {0, begin, begin + 4});
   }
 
   /// Finds the loops, writes their points, and returns how many faces they belong to. A loop's lowest corner

@@ -157,7 +157,11 @@ void TileCutter::add_runs(std::size_t first, const std::array<std::uint32_t, 3>&
   if (all > run_cost && batch.programs.empty()) sort_by_count(first);
   for (std::size_t c = first; c < batch.cells.size();) {
     CellRun run{std::uint32_t(c), 0, origin};
-    for (std::uint64_t cost = 0; c < batch.cells.size() && cost < run_cost; ++run.count) cost += cost_of(c++);
+    std::uint64_t cost = 0;
+    do {
+      cost += cost_of(c++);
+      ++run.count;
+    } while (c < batch.cells.size() && cost < run_cost);
     batch.runs.push_back(run);
   }
 }

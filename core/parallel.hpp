@@ -59,6 +59,9 @@ class Interruptible {
   const std::atomic<bool>* outer_;
 };
 
+// Parallel work may start more of it. A thread that waits for what it started does nothing else meanwhile, so
+// that what PerThread gave it stays its own.
+
 /// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
 template <class F>
 void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
@@ -67,36 +70,40 @@ void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&&
     return;
   }
   const std::atomic<bool>* const flag = Interruptible::flag();
-  library::parallel_for(library::blocked_range<std::size_t>(first, last, grain),
-                        [&](const library::blocked_range<std::size_t>& r) {
-                          if (!flag) return f(r.begin(), r.end());
-                          const Interruptible on_this_thread(flag);
-                          const std::size_t piece = 8 * grain;
-                          for (std::size_t begin = r.begin(); begin < r.end(); begin += piece) {
-                            Interruptible::check();
-                            f(begin, std::min(begin + piece, r.end()));
-                          }
-                        });
+  library::this_task_arena::isolate([&] {
+    library::parallel_for(library::blocked_range<std::size_t>(first, last, grain),
+                          [&](const library::blocked_range<std::size_t>& r) {
+                            if (!flag) return f(r.begin(), r.end());
+                            const Interruptible on_this_thread(flag);
+                            const std::size_t piece = 8 * grain;
+                            for (std::size_t begin = r.begin(); begin < r.end(); begin += piece) {
+                              Interruptible::check();
+                              f(begin, std::min(begin + piece, r.end()));
+                            }
+                          });
+  });
 }
 
 /// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values.
 template <class T, class F, class Join>
 T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T identity, F&& f, Join&& join) {
   const std::atomic<bool>* const flag = Interruptible::flag();
-  return library::parallel_reduce(
-      library::blocked_range<std::size_t>(first, last, grain), identity,
-      [&](const library::blocked_range<std::size_t>& r, T value) {
-        const Interruptible on_this_thread(flag);
-        Interruptible::check();
-        return f(r.begin(), r.end(), std::move(value));
-      },
-      join);
+  return library::this_task_arena::isolate([&] {
+    return library::parallel_reduce(
+        library::blocked_range<std::size_t>(first, last, grain), identity,
+        [&](const library::blocked_range<std::size_t>& r, T value) {
+          const Interruptible on_this_thread(flag);
+          Interruptible::check();
+          return f(r.begin(), r.end(), std::move(value));
+        },
+        join);
+  });
 }
 
 /// Sorts [first, last) in ascending order (not stable).
 template <class Iterator, class Less = std::less<>>
 void parallel_sort(Iterator first, Iterator last, Less less = {}) {
-  library::parallel_sort(first, last, less);
+  library::this_task_arena::isolate([&] { library::parallel_sort(first, last, less); });
 }
 
 /// One T for every thread that asks: T{}, a copy of `init`, or what it returns if it is a function.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -17,7 +18,7 @@
 namespace boxunion {
 namespace {
 
-constexpr int kSumsLogEdge = 13;                    // of a tile of sums, see MassSink
+constexpr int kSumsLogEdge = std::countr_zero(LatticeSums::kMostEdge);
 constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
 constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
