@@ -44,6 +44,45 @@ struct PackedBox {
   friend auto operator<=>(const PackedBox&, const PackedBox&) = default;
 };
 
+/// Boxes of a tile as words: one of a box that begins in the tile and is short, else two. Short is what the
+/// bits that a coordinate does not need can hold: in a tile of 2^11 ordinals an axis, edges below 2^10.
+class PackedWords {
+ public:
+  /// Of tiles with edges of at most 2^log_edge ordinals.
+  explicit PackedWords(int log_edge)
+      : log_edge_(log_edge),
+        lo_mask_(kOnes * ((1u << log_edge) - 1)),
+        extent_mask_(kOnes * ((1u << (packed::kBits + 1 - log_edge)) - 1)) {}
+
+  /// Calls put(word) for each of its words in turn.
+  template <class Put>
+  void encode(const PackedBox& box, Put&& put) const {
+    const std::uint64_t extent = box.hi - box.lo;
+    if ((extent & ~extent_mask_) == 0 && packed::all_le(kOnes, box.lo)) [[likely]]
+      return put((box.lo - kOnes) | extent << log_edge_);
+    put(box.lo | kTwo);
+    put(box.hi);
+  }
+
+  /// Reads the words of a tile one after the other: pass the same `first`, 0 at the start, and get whether
+  /// there is a box now.
+  bool decode(std::uint64_t word, std::uint64_t& first, PackedBox& box) const {
+    if ((word & kTwo) != 0 || first != 0) [[unlikely]] {
+      box = {first & ~kTwo, word};
+      first = first == 0 ? word : 0;
+      return first == 0;
+    }
+    const std::uint64_t lo = (word & lo_mask_) + kOnes;
+    box = {lo, lo + (word >> log_edge_ & extent_mask_)};
+    return true;
+  }
+
+ private:
+  static constexpr std::uint64_t kOnes = packed::pack(1, 1, 1), kTwo = std::uint64_t{1} << 63;
+  int log_edge_;
+  std::uint64_t lo_mask_, extent_mask_;
+};
+
 /// A region [lo, hi) of a tile, packed like its boxes.
 ///
 /// It owns the points lo <= p < hi on every axis. The boxes that touch it decide all about those points; one

@@ -18,7 +18,7 @@ constexpr double kEnoughTiles = 8;    // for several threads
 constexpr std::size_t kMostTiles = 1u << 20;
 
 constexpr std::size_t kMostChunks = 8;
-constexpr double kLeastBlock = 4, kMostBlock = 32;  // boxes
+constexpr double kLeastBlock = 8, kMostBlock = 64;  // words
 
 }  // namespace
 
@@ -88,6 +88,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
 
 TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
     : plan_(plan),
+      words_(std::ranges::max(plan.log_edge)),
       interrupted_(interrupted),
       chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
   first_index_ = index(plan.first[0], plan.first[1], plan.first[2]);
@@ -111,7 +112,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
   collect_pieces();
 }
 
-std::size_t TileGrid::count(std::size_t tile) const {
+std::size_t TileGrid::words(std::size_t tile) const {
   std::size_t sum = 0;
   for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) sum += pieces_[p].size();
   return sum;
@@ -119,13 +120,15 @@ std::size_t TileGrid::count(std::size_t tile) const {
 
 void TileGrid::gather(std::size_t tile, std::vector<PackedBox>& boxes) const {
   const std::size_t before = boxes.size();
-  boxes.resize(before + count(tile));
-  auto out = boxes.begin() + std::ptrdiff_t(before);
+  boxes.resize(before + words(tile));
+  PackedBox* out = boxes.data() + before;
+  std::uint64_t first = 0;
   for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) {
     if (p + 2 < pieces_.size())  // pieces lie anywhere
-      for (std::size_t i = 0; i < pieces_[p + 2].size(); i += 4) __builtin_prefetch(&pieces_[p + 2][i]);
-    out = std::ranges::copy(pieces_[p], out).out;
+      for (std::size_t i = 0; i < pieces_[p + 2].size(); i += 8) __builtin_prefetch(&pieces_[p + 2][i]);
+    for (const std::uint64_t word : pieces_[p]) out += words_.decode(word, first, *out);
   }
+  boxes.resize(std::size_t(out - boxes.data()));
 }
 
 /// Calls f(box) for a chunk's boxes; sees an interruption soon.
@@ -197,7 +200,7 @@ void TileGrid::scatter_wide(const OrdinalBox& box, Chunk& chunk) {
 
 void TileGrid::put_pending(Chunk& chunk) const {
   const std::size_t n = std::exchange(chunk.pending_count, 0);
-  std::array<PackedBox*, kPending> places;
+  std::array<std::uint64_t*, kPending> places;
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t tile = chunk.pending[i].tile;
     Share& share = chunk.shares[tile];
@@ -206,20 +209,20 @@ void TileGrid::put_pending(Chunk& chunk) const {
     places[i] = share.last + place;
     __builtin_prefetch(places[i], 1);
   }
-  for (std::size_t i = 0; i < n; ++i) *places[i] = chunk.pending[i].box;
+  for (std::size_t i = 0; i < n; ++i) *places[i] = chunk.pending[i].word;
 }
 
 /// Gives the chunk's share of a tile an empty block. The first slab of blocks is meant to be enough.
 void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
   if (chunk.slabs.empty() || chunk.used == chunk.slabs.back().size()) {
-    const double boxes = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
+    const double words = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
     const std::size_t tiles = chunk.slabs.empty() ? std::min(size(), chunk.end - chunk.begin) : 1;
-    const std::size_t blocks = std::size_t(boxes) / block_ + tiles / 2 + 1;
-    with_memory("sorting the boxes into tiles", blocks * block_ * sizeof(PackedBox),
+    const std::size_t blocks = std::size_t(words) / block_ + tiles / 2 + 1;
+    with_memory("sorting the boxes into tiles", blocks * block_ * sizeof(std::uint64_t),
                 [&] { return chunk.slabs.emplace_back(blocks * block_).size(); });
     chunk.used = 0;
   }
-  PackedBox* const block = chunk.slabs.back().data() + chunk.used;
+  std::uint64_t* const block = chunk.slabs.back().data() + chunk.used;
   chunk.used += block_;
   chunk.shares[tile].last = block;
   chunk.blocks.emplace_back(block, std::uint32_t(tile));

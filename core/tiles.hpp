@@ -37,8 +37,8 @@ class OrdinalSource {
   std::size_t size_;
 };
 
-/// The boxes of a run, sorted into the tiles of a uniform grid, packed for the kernels. A box is in every
-/// tile that it touches; a tile that one box covers holds none. A tile's memory grows by blocks, so the
+/// The boxes of a run, sorted into the tiles of a uniform grid, most of them packed in one word. A box is in
+/// every tile that it touches; a tile that one box covers holds none. A tile's memory grows by blocks, so the
 /// boxes are put in place in one pass, without counting them first.
 class TileGrid {
  public:
@@ -67,8 +67,9 @@ class TileGrid {
   TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
   std::size_t size() const { return plan_.count(); }
-  /// Number of boxes in a tile.
-  std::size_t count(std::size_t tile) const;
+  /// Number of words that the boxes of a tile take: as many as there are boxes, up to twice as many if they
+  /// are not short.
+  std::size_t words(std::size_t tile) const;
   /// Appends the boxes of a tile, in an order that does not depend on threads.
   void gather(std::size_t tile, std::vector<PackedBox>& boxes) const;
   bool covered(std::size_t tile) const { return covered_[tile]; }
@@ -83,16 +84,16 @@ class TileGrid {
   struct TileRange {
     std::array<std::uint32_t, 3> from, to;
   };
-  /// What one chunk of the input puts into a tile: blocks of boxes, all but the last one full.
+  /// What one chunk of the input puts into a tile: blocks of words, all but the last one full.
   struct Share {
-    PackedBox* last = nullptr;
+    std::uint64_t* last = nullptr;
     std::uint32_t count = 0;
   };
-  /// Boxes of a tile that lie together in memory.
-  using Piece = std::span<const PackedBox>;
-  /// A box on its way into a tile. So many go at once that fetching the tiles' memory takes the time of one.
+  /// Words of a tile that lie together in memory.
+  using Piece = std::span<const std::uint64_t>;
+  /// A word on its way into a tile. So many go at once that fetching the tiles' memory takes the time of one.
   struct Pending {
-    PackedBox box;
+    std::uint64_t word;
     std::uint32_t tile;
   };
   static constexpr std::size_t kPending = 128;
@@ -100,10 +101,10 @@ class TileGrid {
   struct Chunk {
     std::size_t begin = 0, end = 0;
     OrdinalBox bounds;
-    std::vector<Share> shares;                                 // by tile
-    std::vector<std::pair<PackedBox*, std::uint32_t>> blocks;  // and their tiles
-    std::vector<Array<PackedBox>> slabs;                       // memory of the blocks
-    std::size_t used = 0;                                      // boxes of the last slab
+    std::vector<Share> shares;                                     // by tile
+    std::vector<std::pair<std::uint64_t*, std::uint32_t>> blocks;  // and their tiles
+    std::vector<Array<std::uint64_t>> slabs;                       // memory of the blocks
+    std::size_t used = 0;                                          // words of the last slab
     std::array<Pending, kPending> pending;
     std::size_t pending_count = 0;
   };
@@ -126,8 +127,10 @@ class TileGrid {
   void read(const OrdinalSource& source, const Chunk& chunk, F&& f) const;
   void put(Chunk& chunk, std::size_t tile, const PackedBox& box) const {
     __builtin_prefetch(&chunk.shares[tile], 1);
-    chunk.pending[chunk.pending_count++] = {box, std::uint32_t(tile)};
-    if (chunk.pending_count == kPending) put_pending(chunk);
+    words_.encode(box, [&](std::uint64_t word) {
+      chunk.pending[chunk.pending_count++] = {word, std::uint32_t(tile)};
+      if (chunk.pending_count == kPending) put_pending(chunk);
+    });
   }
   void put_pending(Chunk& chunk) const;
   void scatter(const OrdinalSource& source, Chunk& chunk);
@@ -136,10 +139,11 @@ class TileGrid {
   void collect_pieces();
 
   Plan plan_;
+  PackedWords words_;
   std::size_t first_index_ = 0;  // of the first tile, if tiles were counted from ordinal 0
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
-  std::uint32_t block_ = 0;            // boxes of a block, a power of two
+  std::uint32_t block_ = 0;            // words of a block, a power of two
   std::vector<std::uint8_t> covered_;  // by tile
   std::vector<std::size_t> first_;     // piece of a tile
   std::vector<Piece> pieces_;          // by tile

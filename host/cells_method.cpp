@@ -124,7 +124,7 @@ class CellRunner {
     Cutter& mine = cutters_.local();
     for (std::size_t i = 0; i < grids_.size(); ++i)
       mine.presence[i] = grids_[i].covered(tile)     ? Presence::all
-                         : grids_[i].count(tile) > 0 ? Presence::partial
+                         : grids_[i].words(tile) > 0 ? Presence::partial
                                                      : Presence::absent;
     const Filling filling = simplify(expression_, mine.presence, mine.steps);
     if (filling == Filling::everything) {
@@ -160,9 +160,10 @@ class CellRunner {
   }
 
   std::size_t tiles() const { return grids_[0].size(); }
+  /// About as many boxes as a tile has.
   std::size_t count(std::size_t tile) const {
     std::size_t sum = 0;
-    for (const TileGrid& grid : grids_) sum += grid.count(tile);
+    for (const TileGrid& grid : grids_) sum += grid.words(tile);
     return sum;
   }
 
