@@ -267,11 +267,10 @@ Faces find_faces(const Planes& planes, const Points& points) {
 
 Array<Edge> find_edges(const Planes& planes, const Points& points) {
   const bool split = points.contacts() == NonManifold::split;
-  const std::size_t chunks = edge_chunks(planes);
-  std::vector<std::vector<Edge>> parts(3 * chunks);
-  for_each_edge(planes, chunks,
-                [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  std::vector<Edge>& part = parts[std::size_t(axis) * chunks + chunk];
+  std::vector<std::vector<Edge>> parts(edge_parts(planes));
+  for_each_edge(planes,
+                [&](std::size_t number, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+                  std::vector<Edge>& part = parts[number];
                   if (!split) {
                     part.push_back({lower.vertex, upper.vertex});
                     return;

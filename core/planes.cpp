@@ -1,6 +1,7 @@
 #include "core/planes.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <utility>
 
@@ -12,8 +13,8 @@ namespace boxunion {
 namespace {
 
 constexpr auto kWhat = "sorting the vertices into planes";
-constexpr std::size_t kGrain = 1 << 15;      // vertices
-constexpr std::size_t kChunk = 1 << 13;      // vertices
+constexpr std::size_t kGrain = 1 << 12;      // vertices
+constexpr std::size_t kChunk = 1 << 11;      // vertices
 constexpr std::uint32_t kCounted = 1 << 16;  // so many counters fit a core's cache
 
 /// An ordinal above a position.
@@ -42,22 +43,37 @@ class PlaneSort {
 
  private:
   void by_counting() {
+    if (count_ >= ordinals_) return by_counting(ordinals_, ordinal_);
+    // where many ordinals have no vertex, only those that do are counted
+    std::vector<std::uint64_t> occurs(ordinals_ / 64 + 1);
+    for (std::size_t i = 0; i < count_; ++i) occurs[ordinal_(i) / 64] |= std::uint64_t{1} << ordinal_(i) % 64;
+    std::vector<std::uint32_t> rank(ordinals_);
+    std::uint32_t ranks = 0;
+    for (std::size_t w = 0; w < occurs.size(); ++w)
+      for (std::uint64_t bits = occurs[w]; bits != 0; bits &= bits - 1)
+        rank[64 * w + std::size_t(std::countr_zero(bits))] = ranks++;
+    by_counting(ranks, [&](std::size_t i) { return rank[ordinal_(i)]; });
+  }
+
+  /// Vertex i belongs to key(i), which is less than `keys`.
+  template <class Key>
+  void by_counting(std::uint32_t keys, Key key) {
     const std::size_t chunks = std::clamp(count_ / kGrain, std::size_t(1), thread_count());
-    std::vector<std::uint32_t> places(chunks * ordinals_);  // of a chunk's next vertex of a plane
+    std::vector<std::uint32_t> places(chunks * keys);  // of a chunk's next vertex of a plane
     const auto each_vertex = [&](auto&& f) {
       parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t chunk = first; chunk < last; ++chunk) {
-          std::uint32_t* const place = places.data() + chunk * ordinals_;
+          std::uint32_t* const place = places.data() + chunk * keys;
           const std::size_t end = count_ * (chunk + 1) / chunks;
-          for (std::size_t i = count_ * chunk / chunks; i < end; ++i) f(i, place[ordinal_(i)]);
+          for (std::size_t i = count_ * chunk / chunks; i < end; ++i) f(i, place[key(i)]);
         }
       });
     };
     each_vertex([](std::size_t, std::uint32_t& count) { ++count; });
     std::uint32_t sum = 0;
-    for (std::uint32_t ordinal = 0; ordinal < ordinals_; ++ordinal) {
+    for (std::uint32_t k = 0; k < keys; ++k) {
       const std::uint32_t before = sum;
-      for (std::size_t place = ordinal; place < places.size(); place += ordinals_)
+      for (std::size_t place = k; place < places.size(); place += keys)
         sum += std::exchange(places[place], sum);
       if (sum != before) order_.first.push_back(before);
     }

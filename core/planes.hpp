@@ -105,28 +105,28 @@ class PlaneColumns {
   std::vector<std::uint64_t> sorted_, scratch_;
 };
 
-/// How many chunks of edges an axis is worth.
-inline std::size_t edge_chunks(const Planes& planes) {
+/// In how many parts the edges are worth to be found.
+inline std::size_t edge_parts(const Planes& planes) {
   std::size_t vertices = 0;
   for (const PlaneOrder& order : planes) vertices = std::max(vertices, order.vertices.size());
-  return std::clamp(vertices / 4096, std::size_t{1}, std::size_t{64});
+  return 3 * std::clamp(vertices / 2048, std::size_t{1}, std::size_t{64});
 }
 
-/// Calls f(chunk, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in
-/// parallel over `chunks` of each axis: edges of a chunk come one after the other in a fixed order.
+/// Calls f(part, axis, lower, upper) for every edge, with the vertices at its lower and upper end, in
+/// parallel over edge_parts(planes) parts: edges of a part come one after the other in a fixed order.
 template <class F>
-void for_each_edge(const Planes& planes, std::size_t chunks, F&& f) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const int plane_axis = (axis + 2) % 3;
-    const Array<PlaneVertex>& line = planes[plane_axis].vertices;
-    parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
-      for (std::size_t chunk = first; chunk < last; ++chunk) {
-        const std::size_t end = line.size() * (chunk + 1) / chunks;
-        for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
-          if (kOctants[line[i].mask].edges[2 * axis] != 0) f(chunk, axis, line[i], line[i + 1]);
-      }
-    });
-  }
+void for_each_edge(const Planes& planes, F&& f) {
+  const std::size_t parts = edge_parts(planes), chunks = parts / 3;  // of each axis
+  parallel_ranges(0, parts, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t part = first; part < last; ++part) {
+      const int axis = int(part / chunks);
+      const std::size_t chunk = part % chunks;
+      const Array<PlaneVertex>& line = planes[(axis + 2) % 3].vertices;
+      const std::size_t end = line.size() * (chunk + 1) / chunks;
+      for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
+        if (kOctants[line[i].mask].edges[2 * axis] != 0) f(part, axis, line[i], line[i + 1]);
+    }
+  });
 }
 
 }  // namespace boxunion

@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 14;  // vertices
+constexpr std::size_t kGrain = 1 << 12;  // vertices
 
 [[noreturn]] void throw_too_many() {
   throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points");
@@ -55,12 +55,11 @@ Point midpoint(const Point& lower, const Point& upper, int axis) {
 Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
     : solid_(&solid), contacts_(contacts), fans_(contacts == NonManifold::split ? Fans(solid) : Fans({})) {
   if (contacts == NonManifold::keep) return;
-  std::vector<std::vector<Midpoint>> parts(edge_chunks(planes));
-  for_each_edge(planes, parts.size(),
-                [&](std::size_t chunk, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  if (needs_midpoint(lower.mask, upper.mask, axis))
-                    parts[chunk].push_back({lower.vertex, upper.vertex, axis});
-                });
+  std::vector<std::vector<Midpoint>> parts(edge_parts(planes));
+  for_each_edge(planes, [&](std::size_t part, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+    if (needs_midpoint(lower.mask, upper.mask, axis))
+      parts[part].push_back({lower.vertex, upper.vertex, axis});
+  });
   for (const auto& part : parts) midpoints_.insert(midpoints_.end(), part.begin(), part.end());
   parallel_sort(midpoints_.begin(), midpoints_.end(), [](const Midpoint& a, const Midpoint& b) {
     return key(a.lower, a.axis) < key(b.lower, b.axis);

@@ -53,7 +53,8 @@ class RadixSort {
  private:
   static constexpr std::size_t kChunk = 1 << 14;  // elements for a thread
   static constexpr std::size_t kMaxChunks = 64;
-  static constexpr int kMaxDigit = 8;  // bits
+  static constexpr std::size_t kShare = 1 << 11;    // elements in the buckets for a thread, at least
+  static constexpr std::size_t kInCache = 1 << 18;  // bytes
 
   void insert(const T* from, T* to, std::size_t n) const {
     for (std::size_t i = 0; i < n; ++i) {
@@ -79,7 +80,8 @@ class RadixSort {
   void split(T* from, T* to, std::size_t n, bool move, Key varying) const {
     // So many buckets that an average one is left to insertion.
     const int width = bit_width(varying);
-    const int digit_bits = std::min({width, kMaxDigit, bit_width(n) - 3});
+    const int most_bits = n * sizeof(T) <= kInCache ? 11 : 8;  // so many places to write at are in reach
+    const int digit_bits = std::min({width, most_bits, bit_width(n) - 3});
     const int shift = width - digit_bits;
     const std::size_t buckets = std::size_t(1) << digit_bits;
     const auto digit = [&](const T& value) {
@@ -106,7 +108,8 @@ class RadixSort {
     each_element([&](const T& value, std::size_t& place) { to[place++] = value; });
 
     const std::size_t* ends = places.data() + (chunks - 1) * buckets;
-    parallel_ranges(0, buckets, chunks == 1 ? buckets : 1, [&](std::size_t first, std::size_t last) {
+    const std::size_t grain = std::max<std::size_t>(1, buckets * kShare / n);
+    parallel_ranges(0, buckets, grain, [&](std::size_t first, std::size_t last) {
       std::size_t begin = first == 0 ? 0 : ends[first - 1];
       for (std::size_t bucket = first; bucket < last; begin = ends[bucket++])
         sort(to + begin, from + begin, ends[bucket] - begin, !move);

@@ -26,13 +26,12 @@ inline std::uint32_t fan_of_loop(const Solid& solid, const Fans& fans, const Fac
 template <class Join>
 void join_shells(const Solid& solid, const Planes& planes, const Fans& fans, const Faces& faces,
                  NonManifold contacts, Join&& join) {
-  constexpr std::size_t kGrain = 1 << 14;  // faces
-  for_each_edge(planes, edge_chunks(planes),
-                [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
-                  const int sectors = kOctants[lower.mask].edges[2 * axis];
-                  for (int sector = 0; sector < sectors; ++sector)
-                    join(fans.at_edge(lower, 2 * axis, sector), fans.at_edge(upper, 2 * axis + 1, sector));
-                });
+  constexpr std::size_t kGrain = 1 << 11;  // faces
+  for_each_edge(planes, [&](std::size_t, int axis, const PlaneVertex& lower, const PlaneVertex& upper) {
+    const int sectors = kOctants[lower.mask].edges[2 * axis];
+    for (int sector = 0; sector < sectors; ++sector)
+      join(fans.at_edge(lower, 2 * axis, sector), fans.at_edge(upper, 2 * axis + 1, sector));
+  });
   parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t face = begin; face < end; ++face)
       for (std::uint32_t hole = faces.first_loop[face] + 1; hole < faces.first_loop[face + 1]; ++hole)

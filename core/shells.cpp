@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 14;  // faces
+constexpr std::size_t kGrain = 1 << 11;  // faces
 
 /// A rectangle of the y-z plane, lo <= p < hi.
 struct Rectangle {
