@@ -18,7 +18,7 @@ double seconds_of(F&& f) {
 }
 
 /// Small work is timed again and again for so many seconds, so that caches and threads are warm.
-constexpr double kTurn = 0.1;
+constexpr double kTurn = 0.25;
 
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());

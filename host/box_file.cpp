@@ -52,23 +52,28 @@ class SpooledFile final : public BoxFile {
 std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
                                     const std::atomic<bool>* interrupted, const VolumeOptions& volume) {
   InputBoxes input = open_input(path, interrupted, volume);
-  if (input.format == FileFormat::vox)
-    throw Error(ErrorKind::usage, fmt::format("{}: a memory budget is not for .vox files", path));
-  if (!input.voxels && input.format != FileFormat::csv)
+  const bool is_scene = input.format == FileFormat::vox;
+  if (!input.voxels && !is_scene && input.format != FileFormat::csv)
     return npy::open_boxes(input.file, npy::read_header(*input.file));
   auto spooled = std::make_unique<SpooledFile>(input.file->name(), budget.scratch, interrupted);
-  if (!input.voxels) {
+  const auto require = [&](std::string_view what, std::uint64_t bytes) {
+    constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20;  // the process and buffers of readers
+    if (kBaseBytes + bytes > budget.bytes)
+      throw Error(ErrorKind::resources, fmt::format("{}: {} may take {} MiB, more than --memory gives", path,
+                                                    what, ((kBaseBytes + bytes) >> 20) + 1));
+  };
+  if (is_scene) {
+    require("the models of the scene", vox::stream_bytes(*input.file));
+    vox::stream_boxes(*input.file, volume,
+                      [&](std::span<const IntegerBox> boxes) { spooled->append(boxes); });
+  } else if (input.voxels) {
+    require("slices of the volume", stream_bytes(input.voxels->grid));
+    stream_voxel_boxes(*input.voxels, [&](const BoxSet& set) {
+      set.visit([&](const auto& boxes) { spooled->append(std::span(boxes)); });
+    });
+  } else {
     csv::stream_boxes(*input.file, [&](std::span<const Box> boxes) { spooled->append(boxes); });
-    return spooled;
   }
-  constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20;  // the process and buffers of readers
-  if (const std::uint64_t need = kBaseBytes + stream_bytes(input.voxels->grid); need > budget.bytes)
-    throw Error(ErrorKind::resources,
-                fmt::format("{}: slices of the volume may take {} MiB, more than --memory gives", path,
-                            (need >> 20) + 1));
-  stream_voxel_boxes(*input.voxels, [&](const BoxSet& set) {
-    set.visit([&](const auto& boxes) { spooled->append(std::span(boxes)); });
-  });
   return spooled;
 }
 

@@ -25,8 +25,8 @@ class BoxFile {
 
 /// Opens boxes for reading in pieces: .npy as it is; .csv, standard input ("-") and volumes, which must be
 /// read from their start, are copied to a nameless file on disk, at 48 bytes a box, or 24 where a volume's
-/// are integers. Throws as read_boxes (files.hpp) does, Error(usage) for .vox, and Error(resources) where
-/// slices of a volume may not fit the budget.
+/// are integers. Throws as read_boxes (files.hpp) does, and Error(resources) where slices of a volume, or the
+/// models of a scene (.vox), may not fit the budget.
 std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
                                     const std::atomic<bool>* interrupted = nullptr,
                                     const VolumeOptions& volume = {});

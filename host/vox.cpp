@@ -239,11 +239,13 @@ std::vector<IntegerBox> model_boxes(const Model& model, const VolumeOptions& opt
   return boxes;
 }
 
-/// Adds the boxes of a model, which turns about the middle of its size, rounded down.
-void add_placed(const InputFile& file, const std::vector<IntegerBox>& boxes, const Model& model,
-                const Placement& placement, std::vector<IntegerBox>& result) {
-  for (const IntegerBox& box : boxes) {
-    IntegerBox& placed = result.emplace_back();
+/// The boxes of a model, which turns about the middle of its size, rounded down.
+std::vector<IntegerBox> placed_boxes(const InputFile& file, const std::vector<IntegerBox>& boxes,
+                                     const Model& model, const Placement& placement) {
+  std::vector<IntegerBox> result(boxes.size());
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    const IntegerBox& box = boxes[k];
+    IntegerBox& placed = result[k];
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t from = placement.from[i];
       const std::int64_t pivot = model.size[from] / 2;
@@ -255,11 +257,13 @@ void add_placed(const InputFile& file, const std::vector<IntegerBox>& boxes, con
       placed[i + 3] = std::int32_t(std::max(a, b));
     }
   }
+  return result;
 }
 
 }  // namespace
 
-std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options) {
+void stream_boxes(const InputFile& file, const VolumeOptions& options,
+                  const std::function<void(std::span<const IntegerBox>)>& take) {
   const std::uint64_t bytes = regular_size(file);
   std::string content = with_memory(file.name(), bytes, [&] { return std::string(bytes, '\0'); });
   file.read_at(0, content);
@@ -268,15 +272,14 @@ std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& o
     if (*options.model < 1 || *options.model > scene.models.size())
       throw Error(ErrorKind::usage, fmt::format("model is {}, expected 1 to {}, the models of {}",
                                                 *options.model, scene.models.size(), file.name()));
-    return model_boxes(scene.models[*options.model - 1], options);
+    return take(model_boxes(scene.models[*options.model - 1], options));
   }
   std::vector<std::vector<IntegerBox>> boxes;
   boxes.reserve(scene.models.size());
   for (const Model& model : scene.models) boxes.push_back(model_boxes(model, options));
-  std::vector<IntegerBox> result;
   if (scene.nodes.empty()) {
-    for (const auto& of_model : boxes) result.insert(result.end(), of_model.begin(), of_model.end());
-    return result;
+    for (const auto& of_model : boxes) take(of_model);
+    return;
   }
 
   std::vector<std::pair<std::uint32_t, Placement>> open = {{0, {}}};
@@ -295,10 +298,23 @@ std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& o
       if (*model >= scene.models.size())
         reject(file,
                fmt::format("node {} has model {}, expected less than {}", id, *model, scene.models.size()));
-      add_placed(file, boxes[*model], scene.models[*model], placement, result);
+      take(placed_boxes(file, boxes[*model], scene.models[*model], placement));
     }
   }
-  return result;
+}
+
+std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options) {
+  std::vector<IntegerBox> all;
+  stream_boxes(file, options,
+               [&](std::span<const IntegerBox> boxes) { all.insert(all.end(), boxes.begin(), boxes.end()); });
+  return all;
+}
+
+std::uint64_t stream_bytes(const InputFile& file) {
+  const VoxelGrid largest{.size = {256, 256, 256}};
+  // a voxel of four bytes may be a box, in its model and once more where that is
+  return largest.voxels() + boxunion::stream_bytes(largest) +
+         regular_size(file) * (1 + 2 * sizeof(IntegerBox) / kBytesAVoxel);
 }
 
 }  // namespace boxunion::vox

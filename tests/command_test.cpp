@@ -536,8 +536,6 @@ TEST_F(Command, VolumesTakeAMemoryBudget) {
     EXPECT_EQ(results(" --memory 108M"), expected);
     EXPECT_TRUE(folder_.read(name) == file);
   }
-  folder_.write("s.vox", "");
-  expect_error("measure s.vox --memory 1G", 2, "s.vox: a memory budget is not for .vox files");
   const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1, 4000, 4000), }\n";
   const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
   folder_.write("flat.npy", start);

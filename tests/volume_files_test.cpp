@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/voxel_labels.hpp"
+#include "host/box_file.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
 #include "host/volume.hpp"
@@ -478,6 +479,36 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
   EXPECT_EQ(volume.grid.size, (std::array<std::size_t, 3>{4, 1, 1}));
   EXPECT_EQ(volume.grid.origin, (std::array<double, 3>{98, 9, 0}));
   EXPECT_EQ(std::vector<int>(volume.inside.begin(), volume.inside.end()), (std::vector<int>{1, 0, 1, 1}));
+}
+
+TEST_F(VolumeFile, VoxScenesGoToDiskWhereThereIsABudget) {
+  // more boxes than the budget holds, of two models
+  constexpr std::uint32_t kTimes = 1000;
+  std::string nodes = transform(0, 1, {});
+  std::vector<std::uint32_t> children;
+  for (std::uint32_t i = 0; i < kTimes; ++i) {
+    children.push_back(2 + 2 * i);
+    nodes +=
+        transform(2 + 2 * i, 3 + 2 * i, {{"_t", std::to_string(5 * i) + " 0 0"}}) + shape(3 + 2 * i, i % 2);
+  }
+  const std::string path = folder_.write("a.vox", vox(kBar + kCube + nodes + group(1, children)));
+  const BoxSet all = read_boxes(path);
+  EXPECT_EQ(all.size(), 3 * kTimes / 2);
+  const auto opened = [&](std::uint64_t mebibytes) {
+    return open_boxes(path, Budget{mebibytes << 20, folder_.file("."), 0});
+  };
+  const std::unique_ptr<BoxFile> file = opened(110);
+  ASSERT_EQ(file->size(), all.size());
+  const BoxSet spooled = file->read(0, all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) ASSERT_EQ(spooled[i], all[i]);
+  EXPECT_EQ(file->name_of(2), path + ": box 3");
+  try {
+    opened(90);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::resources);
+    EXPECT_TRUE(std::string(e.what()).starts_with(path + ": the models of the scene may take ")) << e.what();
+  }
 }
 
 /// The time for a model is that of its voxels' bounds, whatever size it claims: 16 MB a model take minutes.

@@ -12,7 +12,7 @@
 #include "bench/timing.hpp"
 
 // One side of a comparison is a program of its own. It reads its input, says what it is with a line of JSON
-// ({"version": ...}). Each line on its standard input is a turn: it computes, again and again while a tenth
+// ({"version": ...}). Each line on its standard input is a turn: it computes, again and again while a quarter
 // of a second is not over, and answers with a line: {"seconds": median, "answer": {...}} or {"error": "..."}.
 // So bench/peers/run has all sides compute in turn, each with its caches and threads warm, and stops one that
 // takes too long.

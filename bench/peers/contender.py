@@ -15,7 +15,7 @@ def read_boxes(path):
     return boxes[(boxes[:, 3:] > boxes[:, :3]).all(axis=1)]
 
 
-TURN = 0.1  # kTurn of bench/timing.hpp
+TURN = 0.25  # kTurn of bench/timing.hpp
 
 
 def contend(version, compute, describe):
