@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -37,6 +38,10 @@ class Fans {
   /// The fan with the filled sector 0 or 1 of the edge that leaves a vertex in a direction (+x, -x, +y, ...).
   std::uint32_t at_edge(const PlaneVertex& v, int direction, int sector) const {
     return first_[v.vertex] + kFans[v.mask].at_edge[direction][sector];
+  }
+  /// The vertex of a fan; takes the logarithm of their number.
+  std::uint32_t vertex(std::uint32_t fan) const {
+    return static_cast<std::uint32_t>(std::ranges::upper_bound(first_, fan) - first_.begin() - 1);
   }
   /// The vertex of every fan.
   Array<std::uint32_t> vertices() const;

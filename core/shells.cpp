@@ -188,20 +188,17 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
   Shells shells;
   Array<std::uint32_t> shell_of(fans.count());  // of the lowest fan of each shell
   std::vector<std::uint32_t> cavity_vertices, cavity_shells;
-  std::uint32_t fan = 0;
-  for (std::uint32_t vertex = 0; vertex < solid.vertices.size(); ++vertex) {
-    const unsigned mask = solid.vertices[vertex].mask;
-    for (unsigned i = 0; i < kFans[mask].count; ++i, ++fan) {
-      if (!sets.is_lowest(fan)) continue;
-      shell_of[fan] = static_cast<std::uint32_t>(shells.cavity.size());
-      const bool cavity = !(mask >> 7 & 1u);
-      if (cavity) {
-        cavity_vertices.push_back(vertex);
-        cavity_shells.push_back(shell_of[fan]);
-      }
-      shells.cavity.push_back(cavity);
-      shells.bodies += !cavity;
+  for (std::uint32_t fan = 0; fan < fans.count(); ++fan) {
+    if (!sets.is_lowest(fan)) continue;
+    const std::uint32_t vertex = fans.vertex(fan);
+    shell_of[fan] = static_cast<std::uint32_t>(shells.cavity.size());
+    const bool cavity = !(solid.vertices[vertex].mask >> 7 & 1u);
+    if (cavity) {
+      cavity_vertices.push_back(vertex);
+      cavity_shells.push_back(shell_of[fan]);
     }
+    shells.cavity.push_back(cavity);
+    shells.bodies += !cavity;
   }
   shells.of_face.resize(faces.size());
   parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
