@@ -48,10 +48,11 @@ struct Grid {
 };
 
 /// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
-/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates. A
-/// rectangle touches not many strips nor columns on average.
+/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates: whole
+/// strips if no strip need be so low that many rectangles touch several. A rectangle touches not many strips
+/// nor columns on average.
 Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kMostTouched = 8;
+  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kFlatPlaces = 18, kMostTouched = 8;
   const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
   double sum[2] = {0, 0}, sampled = 0;
   for (std::size_t i = 0; i < all.size(); i += all.size() / 256 + 1, ++sampled)
@@ -69,10 +70,10 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
   if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
     return grid(direct[0], direct[1]);
-  // A strip that is one cell needs no sort. To have few coordinates it is low, and `crossing` rectangles on
-  // average, which it does not own, come up from below: little if they are few.
-  const double crossing = n * share[1], flat = std::ceil(n / (kPlaces - crossing));
-  if (3 * crossing <= kPlaces && flat <= Cuts::kMostParts) return grid(1, flat);
+  // A strip that is one cell needs no sort. To have few coordinates it is low, and of those rectangles that
+  // it touches `crossing` on average come up from below.
+  const double crossing = n * share[1], flat = std::ceil(n / (kFlatPlaces - crossing));
+  if (crossing <= 0.4 * kFlatPlaces && flat <= Cuts::kMostParts) return grid(1, flat);
   // m rectangles that a cell would own have about m + sqrt(m * density) places an axis, halved
   const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
@@ -203,7 +204,7 @@ class PartContour {
       if (!is_sorted)
         sort_.sort(std::span(vertices).subspan(first), strips.begin(strip), strips.begin(strip + 1));
     }
-    if (vertices.size() < vertices.capacity() / 2) vertices.shrink_to_fit();
+    if (vertices.size() < vertices.capacity() / 4) vertices.shrink_to_fit();
     return vertices;
   }
 
