@@ -90,8 +90,11 @@ class SolidBoxes {
   template <class F>
   void each(F&& f) const {
     packing_.each_range([&](std::size_t begin, std::size_t end, std::size_t place) {
-      for (std::size_t i = begin; i < end; ++i)
-        if (is_solid(boxes_[i])) f(boxes_[i], place++);
+      if (count() == boxes_.size())  // a loop without branches
+        for (std::size_t i = begin; i < end; ++i) f(boxes_[i], i);
+      else
+        for (std::size_t i = begin; i < end; ++i)
+          if (is_solid(boxes_[i])) f(boxes_[i], place++);
     });
   }
 
@@ -111,6 +114,17 @@ template <class Result, class Boxes, class AxesOfThem>
 Result convert(const SolidBoxes<Boxes>& boxes, const AxesOfThem& axes) {
   Result result = with_memory("the boxes in ordinals", boxes.count() * sizeof(typename Result::value_type),
                               [&] { return Result(boxes.count()); });
+  if (std::ranges::all_of(axes, [](const Axis& axis) { return axis.count() > 0 && axis.is_lattice(); })) {
+    std::array<LatticeOrdinals, kAxesOf<Boxes>> ordinals;
+    for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) ordinals[axis] = axes[axis].lattice_ordinals();
+    boxes.each([ordinals, to = result.data()](const auto& box, std::size_t place) {
+      for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) {
+        to[place].lo[axis] = ordinals[axis](double(box[axis]));
+        to[place].hi[axis] = ordinals[axis](double(box[axis + kAxesOf<Boxes>]));
+      }
+    });
+    return result;
+  }
   boxes.each([&](const auto& box, std::size_t place) {
     for (unsigned axis = 0; axis < kAxesOf<Boxes>; ++axis) {
       if (axes[axis].count() == 0) continue;
@@ -321,9 +335,7 @@ Axis Axis::lattice(std::int64_t base, int exponent, std::uint32_t count) {
   axis.base_ = base;
   axis.exponent_ = exponent;
   axis.count_ = count;
-  axis.scale_before_ = std::ldexp(1.0, -(exponent / 2));
-  axis.scale_after_ = std::ldexp(1.0, -(exponent - exponent / 2));
-  axis.first_ = std::ldexp(double(base + 1), exponent - exponent / 2);
+  axis.lattice_ordinals_ = LatticeOrdinals(base, exponent);
   return axis;
 }
 

@@ -16,6 +16,29 @@ namespace boxunion {
 
 class RectangleSet;
 
+/// The ordinals of a lattice as a function of its coordinates.
+class LatticeOrdinals {
+ public:
+  LatticeOrdinals() = default;
+  /// Of the lattice (base + ordinal) * 2^exponent.
+  LatticeOrdinals(std::int64_t base, int exponent)
+      : scale_before_(std::ldexp(1.0, -(exponent / 2))),
+        scale_after_(std::ldexp(1.0, -(exponent - exponent / 2))),
+        first_(std::ldexp(double(base + 1), exponent - exponent / 2)) {}
+
+  // A scaled coordinate minus the scaled first one is the ordinal - 1; the addition leaves it in the low bits
+  // of the significand, whence it comes without a conversion (so that loops vectorise). Every step is exact:
+  // 2^exponent divides both coordinates and fewer than 2^32 steps lie between them. The scale goes half
+  // before and half after the subtraction because 2^-exponent may overflow (and so may the plain difference).
+  std::uint32_t operator()(double coordinate) const {
+    const double steps = (coordinate * scale_before_ - first_) * scale_after_;
+    return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(steps + (0x1p52 + 1)));
+  }
+
+ private:
+  double scale_before_ = 1, scale_after_ = 1, first_ = 0;
+};
+
 /// Ordinals of one axis: an exact, order-preserving map between the coordinates that occur in a set of boxes
 /// and the integers 1 .. 2^32 - 2 ("only comparison and assignment", López Monterde et al., section 1). All
 /// topology works on ordinals; kOrdinalMin and kOrdinalMax lie below and above every one of them.
@@ -43,27 +66,21 @@ class Axis {
   double coordinate(std::uint32_t ordinal) const {
     return is_lattice() ? lattice_coordinate(ordinal) : ranks_[ordinal - 1];
   }
+  /// Of a lattice, the ordinals of its coordinates.
+  const LatticeOrdinals& lattice_ordinals() const { return lattice_ordinals_; }
   /// The ordinal of a coordinate that occurs in the boxes.
   std::uint32_t ordinal(double coordinate) const {
-    return is_lattice() ? lattice_ordinal(coordinate) : rank_ordinal(coordinate);
+    return is_lattice() ? lattice_ordinals_(coordinate) : rank_ordinal(coordinate);
   }
 
  private:
-  // A scaled coordinate minus the scaled first one is the ordinal - 1; the addition leaves it in the low bits
-  // of the significand, whence it comes without a conversion (so that loops vectorise). Every step is exact:
-  // 2^exponent divides both coordinates and fewer than 2^32 steps lie between them. The scale goes half
-  // before and half after the subtraction because 2^-exponent may overflow (and so may the plain difference).
-  std::uint32_t lattice_ordinal(double coordinate) const {
-    const double steps = (coordinate * scale_before_ - first_) * scale_after_;
-    return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(steps + (0x1p52 + 1)));
-  }
   std::uint32_t rank_ordinal(double coordinate) const;
   double lattice_coordinate(std::uint32_t ordinal) const;
 
   std::int64_t base_ = 0;
   int exponent_ = 0;
   std::uint32_t count_ = 0;
-  double scale_before_ = 1, scale_after_ = 1, first_ = 0;
+  LatticeOrdinals lattice_ordinals_;
   std::vector<double> ranks_;
 };
 

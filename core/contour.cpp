@@ -17,6 +17,8 @@ namespace {
 /// Cuts the ordinals of an axis into parts of equal lengths, as far as possible.
 class Cuts {
  public:
+  static constexpr double kMostParts = 1 << 15;
+
   Cuts(std::uint32_t count, double parts)
       : count_(count),
         parts_(static_cast<std::uint32_t>(std::clamp(parts, 1., std::min(double(count), kMostParts)))),
@@ -35,8 +37,6 @@ class Cuts {
   }
 
  private:
-  static constexpr double kMostParts = 1 << 15;
-
   std::uint32_t count_, parts_;
   std::uint64_t scale_;  // parts / count, times 2^32
 };
@@ -48,10 +48,11 @@ struct Grid {
 };
 
 /// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
-/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates. A
-/// rectangle touches not many strips nor columns on average.
+/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates: whole
+/// strips if no strip need be so low that many rectangles touch several. A rectangle touches not many strips
+/// nor columns on average.
 Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kMostTouched = 8;
+  constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kFlatPlaces = 18, kMostTouched = 8;
   const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
   double sum[2] = {0, 0}, sampled = 0;
   for (std::size_t i = 0; i < all.size(); i += all.size() / 256 + 1, ++sampled)
@@ -69,6 +70,10 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
   if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
     return grid(direct[0], direct[1]);
+  // A strip that is one cell needs no sort. To have few coordinates it is low, and of those rectangles that
+  // it touches `crossing` on average come up from below.
+  const double crossing = n * share[1], flat = std::ceil(n / (kFlatPlaces - crossing));
+  if (crossing <= 0.4 * kFlatPlaces && flat <= Cuts::kMostParts) return grid(1, flat);
   // m rectangles that a cell would own have about m + sqrt(m * density) places an axis, halved
   const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
@@ -143,19 +148,17 @@ class Parts {
 /// Sorts vertices by row; those of one row are sorted already.
 class RowSort {
  public:
-  /// Sorts vertices in rows [lo, hi) into as many others; what they were in holds anything afterwards.
-  void sort(std::span<ContourVertex> from, std::span<ContourVertex> to, std::uint32_t lo, std::uint32_t hi) {
+  /// Sorts vertices in rows [lo, hi).
+  void sort(std::span<ContourVertex> vertices, std::uint32_t lo, std::uint32_t hi) {
     constexpr int kFewest = 6;  // bits of a digit
-    if (from.empty()) return;
     const int width = std::bit_width(hi - lo - 1),
-              passes = std::max(1, (width - 1) / std::max(kFewest, int(std::bit_width(from.size()))) + 1),
+              passes = std::max(1, (width - 1) / std::max(kFewest, int(std::bit_width(vertices.size()))) + 1),
               digit = (width + passes - 1) / passes;
-    if (passes > 1) scratch_.resize(from.size());
-    for (int pass = 0; pass < passes; ++pass) {
-      const bool is_last = pass + 1 == passes;
-      const std::span<ContourVertex> next = is_last ? to : pass % 2 == 0 ? std::span(scratch_) : from;
-      distribute(pass % 2 == 0 ? from : std::span(scratch_), next, lo, pass * digit, digit);
-    }
+    scratch_.resize(std::max(scratch_.size(), vertices.size()));
+    std::span<ContourVertex> from = vertices, to = std::span(scratch_).first(vertices.size());
+    for (int pass = 0; pass < passes; ++pass, std::swap(from, to))
+      distribute(from, to, lo, pass * digit, digit);
+    if (passes % 2 == 1) std::ranges::copy(from, to.begin());
   }
 
  private:
@@ -182,30 +185,27 @@ class PartContour {
   Array<ContourVertex> find(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
     const Cuts &columns = grid_.columns, &strips = grid_.strips;
     bin(part, begin, end);
-    vertices_.clear();
-    vertices_.reserve(4 * part.size() + ContourCell::kMost);  // seldom more
-    ends_.clear();
+    Array<ContourVertex> vertices;
+    vertices.reserve(4 * part.size() + ContourCell::kMost);  // seldom more
     std::size_t cell = 0;
     for (std::uint32_t strip = begin; strip < end; ++strip) {
       Interruptible::check();
+      const std::size_t first = vertices.size();
+      bool is_sorted = true;
       for (std::uint32_t column = 0; column < columns.parts(); ++column, ++cell) {
         const std::span rectangles =
             std::span(binned_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
         if (rectangles.empty() || covered_[cell]) continue;
-        cell_.find({{columns.begin(column), strips.begin(strip)},
-                    {columns.begin(column + 1), strips.begin(strip + 1)}},
-                   rectangles, vertices_);
+        is_sorted &= vertices.size() == first;
+        is_sorted &= cell_.find({{columns.begin(column), strips.begin(strip)},
+                                 {columns.begin(column + 1), strips.begin(strip + 1)}},
+                                rectangles, vertices);
       }
-      ends_.push_back(vertices_.size());
+      if (!is_sorted)
+        sort_.sort(std::span(vertices).subspan(first), strips.begin(strip), strips.begin(strip + 1));
     }
-    Array<ContourVertex> result(vertices_.size());
-    for (std::size_t i = 0, from = 0; i < ends_.size(); from = ends_[i++]) {
-      const std::uint32_t strip = begin + static_cast<std::uint32_t>(i);
-      sort_.sort(std::span(vertices_).subspan(from, ends_[i] - from),
-                 std::span(result).subspan(from, ends_[i] - from), strips.begin(strip),
-                 strips.begin(strip + 1));
-    }
-    return result;
+    if (vertices.size() < vertices.capacity() / 4) vertices.shrink_to_fit();
+    return vertices;
   }
 
  private:
@@ -253,8 +253,6 @@ class PartContour {
   std::vector<std::uint8_t> covered_;
   Array<Touched> touched_;
   Array<OrdinalRectangle> binned_;
-  Array<ContourVertex> vertices_;
-  std::vector<std::size_t> ends_;  // of the strips in vertices_
 };
 
 /// The vertices of each part.

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/parallel.hpp"
@@ -49,7 +50,7 @@ bool ContourCell::Places::find_by_counting(std::span<const OrdinalRectangle> rec
   }
   count_ = count;
   make_ranges(rectangles.size());
-  ordinals_.resize(std::max(ordinals_.size(), std::size_t{kBits} + 2));
+  make_ordinals();
   for (std::size_t begin = 0; begin < 2 * rectangles.size(); begin += kLanes) {
     Lanes ends;
     std::memcpy(&ends, &offsets[begin], sizeof ends);
@@ -103,6 +104,8 @@ bool ContourCell::Places::assign(const OrdinalRectangle& cell, std::span<const O
   extent_ = cell.hi[axis] - lo_;
   if (is_direct()) {
     count_ = extent_;
+    make_ordinals();
+    std::iota(ordinals_.begin(), ordinals_.begin() + kBits, lo_ - 1);
     set_ranges(rectangles, axis, [this](std::uint32_t ordinal) { return offset(ordinal); });
     return true;
   }
@@ -125,7 +128,7 @@ bool ContourCell::Places::assign(const OrdinalRectangle& cell, std::span<const O
   return true;
 }
 
-void ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
+bool ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
                        Array<ContourVertex>& out) {
   constexpr std::size_t kMany = 512;
   if (rectangles.size() > kMany) {  // do some of them already need a smaller cell?
@@ -137,18 +140,21 @@ void ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRect
   }
   for (const unsigned axis : {0u, 1u}) {
     if (!places_[axis].assign(cell, rectangles, axis)) return halve(cell, rectangles, axis, out);
-    if (places_[axis].count() == 0) return;
+    if (places_[axis].count() == 0) return true;
   }
   fill();
   emit(out);
+  return true;
 }
 
-/// Of the halves the lower one comes first, so that x ascends on every row.
-void ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
+/// Of the halves the lower one comes first, so that x ascends on every row; so do rows of halves that lie one
+/// above the other.
+bool ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
                         unsigned axis, Array<ContourVertex>& out) {
   Interruptible::check();
   const std::uint32_t middle = places_[axis].middle();
   std::vector<OrdinalRectangle> touching;
+  bool rows_ascend = axis == 1;
   for (const bool upper : {false, true}) {
     OrdinalRectangle half = cell;
     (upper ? half.lo : half.hi)[axis] = middle;
@@ -156,8 +162,9 @@ void ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRec
     touching.clear();
     for (const OrdinalRectangle& r : rectangles)
       if (touches(r, half)) touching.push_back(r);
-    find(half, touching, out);
+    rows_ascend &= find(half, touching, out);
   }
+  return rows_ascend;
 }
 
 void ContourCell::fill() {
@@ -176,19 +183,19 @@ void ContourCell::fill() {
 }
 
 void ContourCell::emit(Array<ContourVertex>& out) const {
-  const auto &columns = places_[0], &rows = places_[1];
+  const std::uint32_t *const xs = places_[0].ordinals(), *const ys = places_[1].ordinals();
   const std::size_t before = out.size();
-  out.resize(before + columns.count() * rows.count());
+  out.resize(before + places_[0].count() * places_[1].count());
   ContourVertex* vertex = out.data() + before;
-  const std::uint64_t owned = ~std::uint64_t{0} >> (kBits - columns.count());
+  const std::uint64_t owned = ~std::uint64_t{0} >> (kBits - places_[0].count());
   for (std::uint64_t rest = occurring_; rest != 0; rest &= rest - 1) {
     const auto row = static_cast<std::uint32_t>(std::countr_zero(rest));
     const std::uint64_t below = rows_[row - 1], above = rows_[row], differ = below ^ above;
     const std::uint64_t along_x = (below ^ below >> 1) | (above ^ above >> 1), along_y = differ | differ >> 1;
-    const std::uint32_t y = rows.ordinal(row - 1);
+    const std::uint32_t y = ys[row];
     for (std::uint64_t bits = along_x & along_y & owned; bits != 0; bits &= bits - 1) {
       const auto place = static_cast<std::uint32_t>(std::countr_zero(bits));
-      *vertex++ = {columns.ordinal(place), y,
+      *vertex++ = {xs[place + 1], y,
                    static_cast<std::uint32_t>((below >> place & 3) | (above >> place & 3) << 2)};
     }
   }

@@ -27,8 +27,9 @@ struct ContourVertex {
 /// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide all about them.
 class ContourCell {
  public:
-  /// Appends the vertices of a cell to `out`; on every row they come with ascending x.
-  void find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
+  /// Appends the vertices of a cell to `out`; on every row they come with ascending x. Are the rows
+  /// ascending, too?
+  bool find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
             Array<ContourVertex>& out);
 
   static constexpr std::uint32_t kBits = 64;
@@ -43,9 +44,8 @@ class ContourCell {
     /// Takes the places in, unless there are more than a row of bits has room for.
     bool assign(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis);
     std::uint32_t count() const { return count_; }
-    std::uint32_t ordinal(std::uint32_t place) const {
-      return is_direct() ? lo_ + place : ordinals_[place + 1];
-    }
+    /// The ordinal below each bit; of bit 0 any number.
+    const std::uint32_t* ordinals() const { return ordinals_.data(); }
     /// An ordinal that halves the places.
     std::uint32_t middle() const { return ordinals_[count_ / 2 + 1]; }
     /// The first bit of each rectangle and the one after its last.
@@ -64,6 +64,7 @@ class ContourCell {
     std::uint32_t offset(std::uint32_t ordinal) const {
       return std::clamp(ordinal, lo_ - 1, lo_ + extent_) - (lo_ - 1);
     }
+    void make_ordinals() { ordinals_.resize(std::max(ordinals_.size(), std::size_t{kBits} + 2)); }
     void make_ranges(std::size_t count) {
       range_count_ = count;
       ranges_.resize(std::max({ranges_.size(), count, kCounted}));
@@ -76,15 +77,14 @@ class ContourCell {
     void find_by_sorting(std::span<const OrdinalRectangle> rectangles, unsigned axis);
 
     std::uint32_t lo_ = 0, extent_ = 0, count_ = 0;
-    std::vector<std::uint32_t>
-        ordinals_;                      // by bit above them, ascending, unless all of the cell's are places
-    std::vector<std::uint64_t> marks_;  // by offset; all zero between calls
-    std::vector<std::uint8_t> bits_;    // by marked offset
-    std::vector<Range> ranges_;         // and room for more
+    std::vector<std::uint32_t> ordinals_;  // by bit above them, ascending
+    std::vector<std::uint64_t> marks_;     // by offset; all zero between calls
+    std::vector<std::uint8_t> bits_;       // by marked offset
+    std::vector<Range> ranges_;            // and room for more
     std::size_t range_count_ = 0;
   };
 
-  void halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis,
+  bool halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis,
              Array<ContourVertex>& out);
   void fill();
   void emit(Array<ContourVertex>& out) const;

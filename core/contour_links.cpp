@@ -62,22 +62,22 @@ ContourLinks::ContourLinks(const Contour& contour, const ContourColumns& columns
   for (std::size_t i = 1, begin = 0; i <= count; ++i) {
     std::size_t end = std::max(begin, n * i / count);
     while (end < n && end > 0 && vertices_[end].y == vertices_[end - 1].y) ++end;
-    bands_.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), {}});
+    bands_.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), {}, {}});
     begin = end;
   }
-  std::vector<Columns> last(count);
+  std::vector<std::vector<Dangling>> dangling(count);
   parallel_ranges(0, count, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) link(bands_[i], columns, last[i]);
+    for (std::size_t i = begin; i < end; ++i) link(bands_[i], columns, dangling[i]);
   });
-  join(last);
+  for (std::size_t i = 1; i < count; ++i) join(bands_[i - 1], bands_[i], dangling[i]);
 }
 
 // No branch depends on a single corner's quadrants, which nobody can predict.
-void ContourLinks::link(Band& band, const ContourColumns& column_of, Columns& columns) {
+void ContourLinks::link(Band& band, const ContourColumns& column_of, std::vector<Dangling>& dangling) {
   const auto n = static_cast<std::uint32_t>(vertices_.size());
   with_memory("the loops", column_of.count() * sizeof(std::uint32_t),
-              [&] { columns.last.resize(column_of.count()); });
-  if (bands_.size() > 1) std::ranges::fill(columns.last, kNone);
+              [&] { band.last.resize(column_of.count()); });
+  if (bands_.size() > 1) std::ranges::fill(band.last, kNone);
   with_memory("the loops", (band.end - band.begin) * sizeof(std::uint32_t),
               [&] { band.beginnings.resize(band.end - band.begin); });
   std::uint32_t* beginning = band.beginnings.data();
@@ -85,11 +85,11 @@ void ContourLinks::link(Band& band, const ContourColumns& column_of, Columns& co
   for (std::uint32_t i = band.begin; i < band.end; ++i) {
     const std::uint32_t column = column_of[i], quadrants = vertices_[i].quadrants;
     const Turn turn = kTurns[quadrants];
-    std::uint32_t& last = columns.last[column];
+    std::uint32_t& last = band.last[column];
     std::uint32_t below = last;
     last = i;
     if (band.begin > 0 && (turn.from_below || turn.to_below) && below == kNone) {
-      columns.dangling.push_back({column, i});
+      dangling.push_back({column, i});
       below = i;
     }
     if (quadrants == kRising) {
@@ -111,17 +111,14 @@ void ContourLinks::link(Band& band, const ContourColumns& column_of, Columns& co
   band.beginnings.resize(static_cast<std::size_t>(beginning - band.beginnings.data()));
 }
 
-void ContourLinks::join(std::span<Columns> columns) {
-  Array<std::uint32_t>& last = columns[0].last;  // of all bands up to one
-  for (Columns& upper : columns.subspan(1)) {
-    for (const auto [column, vertex] : upper.dangling)
-      if (kTurns[vertices_[vertex].quadrants].to_below)
-        next_[vertex] = last[column];
-      else
-        next_[last[column]] = vertex;
-    for (std::size_t column = 0; column < last.size(); ++column)
-      last[column] = upper.last[column] == kNone ? last[column] : upper.last[column];
-  }
+void ContourLinks::join(const Band& lower, Band& upper, std::span<const Dangling> dangling) {
+  for (const auto [column, vertex] : dangling)
+    if (kTurns[vertices_[vertex].quadrants].to_below)
+      next_[vertex] = lower.last[column];
+    else
+      next_[lower.last[column]] = vertex;
+  for (std::size_t column = 0; column < upper.last.size(); ++column)
+    if (upper.last[column] == kNone) upper.last[column] = lower.last[column];
 }
 
 }  // namespace boxunion

@@ -43,7 +43,11 @@ class ContourLinks {
     /// Corners that may be the lowest, and of these the leftmost, of a loop, in order of their vertices. A
     /// loop has a lowest edge, and this is its left end: an edge goes right and one goes up.
     Array<std::uint32_t> beginnings;
+    /// Of each column the last corner in this band or a lower one; kNone if there is none, or anything in
+    /// the only band.
+    Array<std::uint32_t> last;
   };
+  static constexpr std::uint32_t kNone = 0xffffffffu;
 
   /// Throws Error(resources) if memory does not suffice; there may be 2^31 - 1 vertices.
   ContourLinks(const Contour& contour, const ContourColumns& columns);
@@ -60,20 +64,13 @@ class ContourLinks {
   }
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffffu;
-
   /// The end of an edge from a lower band.
   struct Dangling {
     std::uint32_t column, vertex;
   };
-  /// The last corners in the columns of a band, and what there was not yet a lower corner for.
-  struct Columns {
-    Array<std::uint32_t> last;
-    std::vector<Dangling> dangling;
-  };
 
-  void link(Band& band, const ContourColumns& column_of, Columns& columns);
-  void join(std::span<Columns> columns);
+  void link(Band& band, const ContourColumns& column_of, std::vector<Dangling>& dangling);
+  void join(const Band& lower, Band& upper, std::span<const Dangling> dangling);
 
   std::span<const ContourVertex> vertices_;
   std::vector<Band> bands_;

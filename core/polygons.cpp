@@ -89,6 +89,16 @@ class LeftEnds {
  public:
   explicit LeftEnds(std::uint32_t columns)
       : words_(columns / 64 + 1), blocks_(columns / kBlock + 1), corners_(columns) {}
+  /// Those above a band.
+  LeftEnds(const Contour& contour, const ContourLinks& links, const ContourLinks::Band& band)
+      : LeftEnds(static_cast<std::uint32_t>(band.last.size())) {
+    for (std::uint32_t column = 0; column < band.last.size(); ++column) {
+      const std::uint32_t corner = band.last[column];
+      if (corner == ContourLinks::kNone) continue;
+      const ContourVertex& vertex = contour.vertices[links.vertex(corner)];
+      if (fills(vertex, right_above) && !fills(vertex, left_above)) change(column, 1, corner);
+    }
+  }
 
   /// Where a column's left end, if there is one above, comes from.
   void change(std::uint32_t column, std::int32_t change, std::uint32_t corner) {
@@ -122,9 +132,36 @@ struct Hole {
   std::span<const std::uint32_t> corners;
 };
 
-/// The holes in order of loops. Of each, the left end of the interval that it splits is on a loop of the same
-/// polygon that begins lower. Links are overwritten by what their corners are of: a polygon's outer loop, or
-/// a hole.
+/// Of each hole the left end of the interval that it splits: a corner of a loop of the same polygon that
+/// begins lower.
+std::vector<std::uint32_t> find_left_ends(const Contour& contour, const ContourColumns& columns,
+                                          const ContourLinks& links, std::span<const Hole> holes) {
+  const std::span<const ContourLinks::Band> bands = links.bands();
+  std::vector<std::uint32_t> result(holes.size());
+  // to begin at a band takes as long as to pass some vertices for each column
+  const std::size_t grain = 4 * bands.size() * columns.count() / contour.vertices.size() + 1;
+  parallel_ranges(0, bands.size(), grain, [&](std::size_t begin, std::size_t end) {
+    const auto first = [&](std::uint32_t vertex) {  // hole that begins there or later
+      return std::ranges::lower_bound(holes, vertex, {}, [](const Hole& hole) { return hole.corners[0]; });
+    };
+    std::uint32_t i = bands[begin].begin;
+    const auto last = first(bands[end - 1].end);
+    auto hole = first(i);
+    if (hole == last) return;
+    LeftEnds left_ends = begin == 0 ? LeftEnds(columns.count()) : LeftEnds(contour, links, bands[begin - 1]);
+    for (; hole != last; ++hole) {
+      for (const std::uint32_t lowest = hole->corners[0]; i < lowest; ++i) {
+        const std::uint32_t quadrants = contour.vertices[i].quadrants;
+        left_ends.change(columns[i], kLeftEnds[quadrants], quadrants == kRising ? links.upper(i) : i);
+      }
+      result[static_cast<std::size_t>(hole - holes.begin())] = left_ends.below(columns[i]);
+    }
+  });
+  return result;
+}
+
+/// The holes in order of loops. Links are overwritten by what their corners are of: a polygon's outer loop,
+/// or a hole.
 std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& columns, ContourLinks& links,
                              std::span<const BandLoops> bands) {
   constexpr std::uint32_t kHole = 0x80000000u;
@@ -137,6 +174,7 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
     polygons += static_cast<std::uint32_t>(band.polygons());
   }
   if (holes.empty()) return holes;
+  const std::vector<std::uint32_t> left_ends = find_left_ends(contour, columns, links, holes);
   parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       auto [polygon, hole] = before[b];
@@ -149,15 +187,9 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
       }
     }
   });
-  LeftEnds left_ends(columns.count());
-  std::uint32_t i = 0;
-  for (Hole& hole : holes) {
-    for (const std::uint32_t lowest = hole.corners[0]; i < lowest; ++i) {
-      const std::uint32_t quadrants = contour.vertices[i].quadrants;
-      left_ends.change(columns[i], kLeftEnds[quadrants], quadrants == kRising ? links.upper(i) : i);
-    }
-    const std::uint32_t beside = links.next(left_ends.below(columns[i]));
-    hole.polygon = beside < kHole ? beside : holes[beside - kHole].polygon;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    const std::uint32_t beside = links.next(left_ends[i]);
+    holes[i].polygon = beside < kHole ? beside : holes[beside - kHole].polygon;
   }
   return holes;
 }

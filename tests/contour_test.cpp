@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -167,11 +168,22 @@ TEST(Contour, OfManyDoublesIsThatOfBoxes) {
 }
 
 TEST(Contour, DoesNotDependOnThreads) {
-  const auto rectangles = scattered<std::int32_t>(300000, 30000, 60, 60, 9);
-  const auto found = [&](int threads) {
-    return tbb::task_arena(threads).execute([&] { return find_contour(rectangles).vertices; });
-  };
-  EXPECT_TRUE(found(1) == found(4));
+  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
+  for (const int side : {1, 60}) {  // strips that are one cell, and such of many
+    const auto rectangles = scattered<std::int32_t>(100000, 30000, side, side, 9);
+    const auto found = [&](int threads) {
+      return tbb::task_arena(threads).execute([&] { return find_contour(rectangles).vertices; });
+    };
+    EXPECT_TRUE(found(1) == found(8)) << side;
+  }
+}
+
+// Strips that are one cell each; those in the middle are halved from left to right.
+TEST(Contour, OfFewRectanglesAndACrowdIsThatOfBoxes) {
+  auto rectangles = scattered<std::int32_t>(2000, 1000000, 100, 100, 1);
+  for (auto r : scattered<std::int32_t>(300, 5000, 100, 100, 2))
+    rectangles.push_back({r[0] + 500000, r[1] + 500000, r[2] + 500000, r[3] + 500000});
+  EXPECT_TRUE(corners(find_contour(rectangles)) == by_boxes(rectangles));
 }
 
 TEST(Contour, NamesTheFirstInvalidRectangle) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <array>
@@ -149,9 +150,29 @@ Rectangles<std::int32_t> frames_with_slits() {
   return all;
 }
 
+/// Frames in each other, so that holes and polygons alternate inwards, and much between; far more vertices
+/// than columns.
+Rectangles<std::int32_t> nested_frames() {
+  constexpr int kFrames = 40, kSide = 4000;
+  Rectangles<std::int32_t> all = scattered<std::int32_t>(60000, kSide, 6, 6, 5);
+  for (int i = 0; i < kFrames; ++i) {
+    const int lo = 40 * i, hi = kSide - lo;
+    append(all, {{lo, lo, hi, lo + 5}, {lo, hi - 5, hi, hi}, {lo, lo, lo + 5, hi}, {hi - 5, lo, hi, hi}});
+  }
+  return all;
+}
+
+TEST(Polygons, OfFramesInEachOtherAreFacesOfBoxesOnManyThreads) {
+  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
+  const auto rectangles = nested_frames();
+  EXPECT_TRUE(tbb::task_arena(8).execute([&] { return by_plane(rectangles); }) == by_boxes(rectangles));
+}
+
 TEST(Polygons, DoNotDependOnThreads) {
+  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   auto sets = large_sets<std::int32_t>();
   sets.push_back(frames_with_slits());
+  sets.push_back(nested_frames());
   sets.push_back(scattered<std::int32_t>(100000, 30000, 90, 90, 9));
   for (const auto& rectangles : sets) {
     const Contour contour = find_contour(rectangles);
@@ -159,7 +180,7 @@ TEST(Polygons, DoNotDependOnThreads) {
       return tbb::task_arena(threads).execute([&] { return find_polygons(contour); });
     };
     const Faces one = found(1);
-    for (const int threads : {2, 3, 7}) {
+    for (const int threads : {2, 3, 8}) {
       const Faces many = found(threads);
       EXPECT_TRUE(many.loop_points == one.loop_points);
       EXPECT_TRUE(many.first_point == one.first_point);
