@@ -220,10 +220,10 @@ Faces joined(const ContourLinks& links, std::span<const BandLoops> bands, std::s
   std::ranges::fill(faces.direction, kUp);
   parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      auto [polygon, hole, point] = before[b];
+      auto at = before[b];
       const auto append = [&](std::span<const std::uint32_t> corners) {
-        for (const std::uint32_t corner : corners) faces.loop_points[point++] = links.vertex(corner);
-        faces.first_point[polygon + hole + 1] = static_cast<std::uint32_t>(point);
+        for (const std::uint32_t corner : corners) faces.loop_points[at.point++] = links.vertex(corner);
+        faces.first_point[at.polygon + at.hole + 1] = static_cast<std::uint32_t>(at.point);
       };
       std::size_t own_hole = 0;
       for (std::uint32_t l = 0; l < bands[b].size(); ++l) {
@@ -232,9 +232,9 @@ Faces joined(const ContourLinks& links, std::span<const BandLoops> bands, std::s
           continue;
         }
         append(bands[b][l]);
-        for (++polygon; hole < holes.size() && holes[hole].polygon + 1 == polygon; ++hole)
-          append(holes[hole].corners);
-        faces.first_loop[polygon] = static_cast<std::uint32_t>(polygon + hole);
+        for (++at.polygon; at.hole < holes.size() && holes[at.hole].polygon + 1 == at.polygon; ++at.hole)
+          append(holes[at.hole].corners);
+        faces.first_loop[at.polygon] = static_cast<std::uint32_t>(at.polygon + at.hole);
       }
     }
   });

@@ -160,7 +160,7 @@ class Bench {
 
  private:
   std::vector<DeviceInfo> devices() const {
-    const std::vector<DeviceInfo> all = list_devices();
+    std::vector<DeviceInfo> all = list_devices();
     if (options_.devices.empty()) return all;
     std::vector<DeviceInfo> chosen;
     for (const std::string& id : options_.devices) {
