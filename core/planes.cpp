@@ -13,9 +13,9 @@ namespace boxunion {
 namespace {
 
 constexpr auto kWhat = "sorting the vertices into planes";
-constexpr std::size_t kGrain = 1 << 12;      // vertices
-constexpr std::size_t kChunk = 1 << 11;      // vertices
-constexpr std::uint32_t kCounted = 1 << 16;  // so many counters fit a core's cache
+constexpr std::size_t kGrain = 1 << 12;                             // vertices
+constexpr std::size_t kLeastChunk = 1 << 11, kMostChunk = 1 << 13;  // vertices
+constexpr std::uint32_t kCounted = 1 << 16;                         // so many counters fit a core's cache
 
 /// An ordinal above a position.
 using Keyed = std::uint64_t;
@@ -141,8 +141,10 @@ std::vector<PlaneChunk> cut_into_chunks(const Planes& planes) {
   std::vector<PlaneChunk> chunks;
   for (int axis = 0; axis < 3; ++axis) {
     const std::vector<std::uint32_t>& first = planes[unsigned(axis)].first;
+    const std::size_t chunk =
+        std::clamp(planes[unsigned(axis)].vertices.size() / 64, kLeastChunk, kMostChunk);
     for (std::size_t begin = 0, end = 0; begin < planes[unsigned(axis)].planes(); begin = end) {
-      while (end < planes[unsigned(axis)].planes() && first[end] < first[begin] + kChunk) ++end;
+      while (end < planes[unsigned(axis)].planes() && first[end] < first[begin] + chunk) ++end;
       chunks.push_back({axis, begin, end});
     }
   }
