@@ -64,8 +64,8 @@ class PackedWords {
     put(box.hi);
   }
 
-  /// Reads the words of a tile one after the other: pass the same `first`, 0 at the start, and get whether
-  /// there is a box now.
+  /// Reads the words of a tile one after the other. True if a word completes `box`; else `first` keeps it for
+  /// the next one. It is 0 at the start.
   bool decode(std::uint64_t word, std::uint64_t& first, PackedBox& box) const {
     if ((word & kTwo) != 0 || first != 0) [[unlikely]] {
       box = {first & ~kTwo, word};

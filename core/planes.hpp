@@ -105,7 +105,7 @@ class PlaneColumns {
   std::vector<std::uint64_t> sorted_, scratch_;
 };
 
-/// In how many parts the edges are worth to be found.
+/// How many parts the search for edges is worth.
 inline std::size_t edge_parts(const Planes& planes) {
   std::size_t vertices = 0;
   for (const PlaneOrder& order : planes) vertices = std::max(vertices, order.vertices.size());

@@ -160,7 +160,7 @@ class CellRunner {
   }
 
   std::size_t tiles() const { return grids_[0].size(); }
-  /// About as many boxes as a tile has.
+  /// At least as many as a tile has boxes, at most twice as many.
   std::size_t count(std::size_t tile) const {
     std::size_t sum = 0;
     for (const TileGrid& grid : grids_) sum += grid.words(tile);

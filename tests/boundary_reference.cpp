@@ -67,21 +67,21 @@ Voxels::Voxels(std::span<const IntegerBox> boxes) {
     size_[a] = hi[a] + 1 - lo_[a];
   }
   bodies_.assign(std::size_t(size_[0]) * std::size_t(size_[1]) * std::size_t(size_[2]), -1);
-  std::set<Index> todo;
+  std::set<Index> unvisited;
   for (const IntegerBox& b : boxes)
     for (int z = b[2]; z < b[5]; ++z)
       for (int y = b[1]; y < b[4]; ++y)
-        for (int x = b[0]; x < b[3]; ++x) todo.insert({x, y, z});
-  while (!todo.empty()) {
-    std::vector<Index> stack = {*todo.begin()};
-    todo.erase(todo.begin());
+        for (int x = b[0]; x < b[3]; ++x) unvisited.insert({x, y, z});
+  while (!unvisited.empty()) {
+    std::vector<Index> stack = {*unvisited.begin()};
+    unvisited.erase(unvisited.begin());
     while (!stack.empty()) {
       const Index at = stack.back();
       stack.pop_back();
       bodies_[offset(at)] = body_count_;
       for (int axis = 0; axis < 3; ++axis)
         for (const int step : {-1, 1})
-          if (const Index next = moved(at, axis, step); todo.erase(next) != 0) stack.push_back(next);
+          if (const Index next = moved(at, axis, step); unvisited.erase(next) != 0) stack.push_back(next);
     }
     ++body_count_;
   }

@@ -482,7 +482,7 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
 }
 
 TEST_F(VolumeFile, VoxScenesGoToDiskWhereThereIsABudget) {
-  // more boxes than the budget holds, of two models
+  // two models of three boxes, many times
   constexpr std::uint32_t kTimes = 1000;
   std::string nodes = transform(0, 1, {});
   std::vector<std::uint32_t> children;
