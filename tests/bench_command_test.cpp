@@ -121,7 +121,7 @@ TEST_F(BenchCommand, WrongUsageExitsWith2AndLeavesNoFile) {
 TEST_F(BenchCommand, SkipsADeviceThatFails) {
   for (const std::string& id : device_ids()) {
     if (id == "native") continue;
-    const Outcome r = shell("BOXUNION_FAIL_DEVICE=dispatch:1 " BOXUNION_COMMAND " " + std::string(kTiny) +
+    const Outcome r = shell("BOXUNION_FAIL_DEVICE=dispatch:1 boxunion " + std::string(kTiny) +
                             "--kernel contour --device native," + id);
     EXPECT_EQ(r.status, 0) << r.err;
     EXPECT_NE(r.err.find("warning: " + id + " is skipped: "), std::string::npos) << r.err;
@@ -141,7 +141,7 @@ TEST_F(BenchCommand, TunesADeviceAndUsesWhatItFound) {
     if (id == "native") continue;
     SCOPED_TRACE(id);
     const auto launch = [&] {
-      const Outcome r = shell("BOXUNION_TUNING=new/tuning.json " BOXUNION_COMMAND " devices --json");
+      const Outcome r = shell("BOXUNION_TUNING=new/tuning.json boxunion devices --json");
       EXPECT_EQ(r.err, "");
       const nlohmann::json root = nlohmann::json::parse(r.out);
       for (const nlohmann::json& device : root.at("devices"))
@@ -169,7 +169,7 @@ TEST_F(BenchCommand, TunesADeviceAndUsesWhatItFound) {
 TEST_F(BenchCommand, ABrokenTuningFileCostsAWarningOnly) {
   folder_.write("boxes.csv", "0,0,0,2,2,2\n1,1,1,3,3,3\n");
   folder_.write("broken.json", "{\"format\": ");
-  const std::string measure = std::string(BOXUNION_COMMAND) + " measure boxes.csv --json --device native";
+  const std::string measure = "boxunion measure boxes.csv --json --device native";
   const auto without_seconds = [](const std::string& text) {
     nlohmann::json json = nlohmann::json::parse(text);
     json.erase("seconds");

@@ -18,25 +18,37 @@ struct Outcome {
   std::string out, err;
 };
 
+/// The folder of the tests, where the command is too.
+inline std::string program_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+extern "C" void __asan_init() __attribute__((weak));
+extern "C" void __tsan_init() __attribute__((weak));
+
+/// Whether the library and the command were built with sanitizers that reserve more memory than any limit.
+/// The tests themselves may be the same objects, so this is known only when they run.
+inline bool sanitized() {
+  return __asan_init != nullptr || __tsan_init != nullptr;
+}
+
 /// Seconds after which a run of some million boxes has begun and not ended.
 inline std::vector<std::string> interrupt_times() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return {"0.7", "1.4"};  // such a command takes long to start
-#else
+  if (sanitized()) return {"0.7", "1.4"};  // such a command takes long to start
   return {"0.1", "0.2"};
-#endif
 }
 
 /// Runs the built command as a user would who has no tuning file.
 class Command : public testing::Test {
  protected:
   /// Runs `boxunion ARGUMENTS` in the test's folder; the shell reads the arguments.
-  Outcome run(const std::string& arguments) { return shell(BOXUNION_COMMAND " " + arguments); }
+  Outcome run(const std::string& arguments) { return shell("boxunion " + arguments); }
 
   Outcome shell(const std::string& line) {
     Outcome run;
+    const std::string environment = "export BOXUNION_TUNING= PATH='" + program_folder() + "':\"$PATH\"";
     FILE* pipe = ::popen(
-        ("cd " + folder_.path() + " && export BOXUNION_TUNING= && { " + line + "; } 2>.stderr").c_str(), "r");
+        ("cd " + folder_.path() + " && " + environment + " && { " + line + "; } 2>.stderr").c_str(), "r");
     char buffer[4096];
     for (std::size_t n; (n = ::fread(buffer, 1, sizeof buffer, pipe)) > 0;) run.out.append(buffer, n);
     const int status = ::pclose(pipe);

@@ -115,15 +115,13 @@ TEST_F(Command, AnUnknownDeviceExitsWith4) {
 }
 
 TEST_F(Command, AFullDiskExitsWith5AndLeavesNothing) {
-  const Outcome full =
-      shell("trap '' XFSZ; ulimit -f 8; " BOXUNION_COMMAND " generate sponge --level 4 -o out.npy");
+  const Outcome full = shell("trap '' XFSZ; ulimit -f 8; boxunion generate sponge --level 4 -o out.npy");
   EXPECT_EQ(full.status, 5);
   EXPECT_EQ(full.err, "boxunion: error: out.npy: cannot write: File too large\n");
   EXPECT_EQ(folder_.file_count(), 0u);
   run("generate sponge --level 3 -o a.npy");
   for (const std::string memory : {"", " --memory 110M"}) {
-    const Outcome mesh =
-        shell("trap '' XFSZ; ulimit -f 8; " BOXUNION_COMMAND " boundary a.npy -o out.3mf" + memory);
+    const Outcome mesh = shell("trap '' XFSZ; ulimit -f 8; boxunion boundary a.npy -o out.3mf" + memory);
     EXPECT_EQ(mesh.status, 5) << mesh.err;
     EXPECT_EQ(folder_.file_count(), 1u);
   }
@@ -131,8 +129,9 @@ TEST_F(Command, AFullDiskExitsWith5AndLeavesNothing) {
 }
 
 TEST_F(Command, AnInterruptExitsWith130AndLeavesNothing) {
-  const Outcome r = shell("timeout --foreground --preserve-status -s INT 1 " BOXUNION_COMMAND
-                          " generate sponge --level 14 -o out.csv");
+  const Outcome r = shell(
+      "timeout --foreground --preserve-status -s INT 1 "
+      "boxunion generate sponge --level 14 -o out.csv");
   EXPECT_EQ(r.status, 130);
   EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
   EXPECT_EQ(folder_.file_count(), 0u);
@@ -212,15 +211,13 @@ TEST_F(Command, MeasurePrintsStatistics) {
 }
 
 TEST_F(Command, OutOfMemoryExitsWith5AndSaysHowMuchWasNeeded) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers reserve more than any limit";
-#endif
+  if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
   ASSERT_EQ(run("generate cubes --count 5000000 --edge 30 -o big.npy --quiet").status, 0);
   // the first limit is too low for the file's 120 MB, the second one for the boxes beside it
   for (const auto& [kilobytes, what] :
        {std::pair{"115000", "big.npy needs 120000000"}, {"200000", "sorting the boxes into tiles needs "}}) {
-    const Outcome r = shell("ulimit -v "s + kilobytes +
-                            "; " BOXUNION_COMMAND " measure big.npy --device native --threads 2");
+    const Outcome r =
+        shell("ulimit -v "s + kilobytes + "; boxunion measure big.npy --device native --threads 2");
     EXPECT_EQ(r.status, 5);
     EXPECT_EQ(r.out, "");
     EXPECT_TRUE(r.err.starts_with("boxunion: error: out of memory: "s + what)) << r.err;
@@ -233,7 +230,7 @@ TEST_F(Command, AnInterruptedRunLeavesTheOldOutput) {
   folder_.write("out.csv", "old");
   for (const std::string& seconds : interrupt_times()) {
     const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds +
-                            " " BOXUNION_COMMAND " boundary big.npy -o out.csv --device native");
+                            " boxunion boundary big.npy -o out.csv --device native");
     EXPECT_EQ(r.status, 130);
     EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
     EXPECT_EQ(folder_.read("out.csv"), "old");
@@ -413,14 +410,13 @@ TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
     for (const char* call :
          {"load:1", "allocate:2", "upload:1", "clear:1", "dispatch:1", "download:1", "wait:1"}) {
       const Outcome r = shell("BOXUNION_FAIL_DEVICE="s + call +
-                              " " BOXUNION_COMMAND " boundary a.csv -o out.csv --device " + id + " --json");
+                              " boxunion boundary a.csv -o out.csv --device " + id + " --json");
       EXPECT_EQ(r.status, 0) << id << call;
       EXPECT_TRUE(r.err.starts_with("boxunion: warning: " + id + " failed, going on natively: ")) << r.err;
       EXPECT_EQ(nlohmann::json::parse(r.out).at("device"), "native");
       EXPECT_EQ(folder_.read("out.csv"), folder_.read("native.csv")) << id << call;
-      const Outcome ended =
-          shell("rm out.csv; BOXUNION_FAIL_DEVICE="s + call +
-                " " BOXUNION_COMMAND " boundary a.csv -o out.csv --no-fallback --device " + id);
+      const Outcome ended = shell("rm out.csv; BOXUNION_FAIL_DEVICE="s + call +
+                                  " boxunion boundary a.csv -o out.csv --no-fallback --device " + id);
       EXPECT_EQ(ended.status, 4) << id << call;
       EXPECT_TRUE(ended.err.starts_with("boxunion: error: " + id + " failed: ")) << ended.err;
       EXPECT_EQ(folder_.read("out.csv"), "");
@@ -434,8 +430,9 @@ TEST_F(Command, SlabsAreStreamedNotHeld) {
   for (int i = 0; i < 4000; ++i)
     boxes += "0,0," + std::to_string(i) + ",1,1," + std::to_string(8000 - i) + "\n";
   folder_.write("nested.csv", boxes);
-  const Outcome r = shell("ulimit -v 400000; " BOXUNION_COMMAND
-                          " measure nested.csv --method slices --device native --threads 2 --json");
+  const Outcome r = shell(
+      "ulimit -v 400000; "
+      "boxunion measure nested.csv --method slices --device native --threads 2 --json");
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 8000);
 }
@@ -500,16 +497,13 @@ TEST_F(Command, LabelWritesTheComponentsOfAVolume) {
 }
 
 TEST_F(Command, VolumesAreStreamedNotHeld) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers reserve more than any limit";
-#endif
+  if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
   // 512 MiB of voxels as a file with holes, measured within 400 MB
   const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (512, 1024, 1024), }\n";
   const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
   folder_.write("big.npy", start + "\1");
   std::filesystem::resize_file(folder_.file("big.npy"), start.size() + (std::uintmax_t{1} << 29));
-  const Outcome r =
-      shell("ulimit -v 400000; " BOXUNION_COMMAND " measure big.npy --device native --threads 2 --json");
+  const Outcome r = shell("ulimit -v 400000; boxunion measure big.npy --device native --threads 2 --json");
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("volume"), 1);
 }

@@ -68,7 +68,7 @@ TEST_F(Command, DevicesAreCheckedAndOneThatFailsExitsWith4) {
   }
   if (result.at("devices").size() == 1) return;
   const std::string id = result.at("devices").at(1).at("id");
-  const Outcome failed = shell("BOXUNION_FAIL_DEVICE=dispatch:2 " BOXUNION_COMMAND " devices --check");
+  const Outcome failed = shell("BOXUNION_FAIL_DEVICE=dispatch:2 boxunion devices --check");
   EXPECT_EQ(failed.status, 4);
   EXPECT_TRUE(failed.out.starts_with("native      ok\n")) << failed.out;
   EXPECT_NE(failed.out.find("\n" + id), std::string::npos) << failed.out;

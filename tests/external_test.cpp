@@ -227,9 +227,7 @@ nlohmann::json results(nlohmann::json json) {
 }
 
 TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers reserve more than any limit";
-#endif
+  if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
   run("generate cubes --count 2000000 --edge 60 -o a.npy --quiet");
   const std::string native = " --json --device native --threads 2";
   const nlohmann::json expected = results(json("measure a.npy" + native));
@@ -248,8 +246,7 @@ TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
   run("generate boxes --count 200000 --max-edge 60 -o b.csv --quiet");
   run("boundary b.csv -o expected.npy --device native");
   for (const std::string out : {"v.npy", "v.csv"}) {
-    const Outcome r =
-        shell("ulimit -v 300000; " BOXUNION_COMMAND " boundary b.csv --memory 128M -o " + out + native);
+    const Outcome r = shell("ulimit -v 300000; boxunion boundary b.csv --memory 128M -o " + out + native);
     EXPECT_EQ(r.status, 0) << r.err;
     EXPECT_GT(nlohmann::json::parse(r.out).at("slabs"), 1);
   }
@@ -281,26 +278,25 @@ TEST_F(Command, ScratchFilesAreGoneHoweverARunEnds) {
   EXPECT_EQ(run(measure).status, 0);
   EXPECT_EQ(left(), 0);
   for (const std::string& seconds : interrupt_times()) {
-    const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds +
-                            " " BOXUNION_COMMAND + measure);
+    const Outcome r =
+        shell("timeout --foreground --preserve-status -k 30 -s INT " + seconds + " boxunion" + measure);
     EXPECT_EQ(r.status, 130);
     EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
     EXPECT_EQ(left(), 0);
   }
   for (const std::string made :
        {"decompose a.npy -o b.npy", "boundary a.npy -o b.ply", "boundary a.npy -o b.3mf"}) {
-    const Outcome r =
-        shell("timeout --foreground --preserve-status -k 30 -s INT " + interrupt_times()[1] +
-              " " BOXUNION_COMMAND " " + made + " --memory 104M --scratch scratch --device native");
+    const Outcome r = shell("timeout --foreground --preserve-status -k 30 -s INT " + interrupt_times()[1] +
+                            " boxunion " + made + " --memory 104M --scratch scratch --device native");
     EXPECT_EQ(r.status, 130);
     EXPECT_EQ(r.err, "boxunion: error: interrupted\n");
     EXPECT_EQ(left(), 0);
     EXPECT_EQ(folder_.file_count(), 2u);  // a.npy and the folder
   }
-  const Outcome killed = shell("timeout --foreground -s KILL 0.2 " BOXUNION_COMMAND + measure);
+  const Outcome killed = shell("timeout --foreground -s KILL 0.2 boxunion" + measure);
   EXPECT_NE(killed.status, 0);
   EXPECT_EQ(left(), 0);
-  const Outcome full = shell("trap '' XFSZ; ulimit -f 1000; " BOXUNION_COMMAND + measure);
+  const Outcome full = shell("trap '' XFSZ; ulimit -f 1000; boxunion" + measure);
   EXPECT_EQ(full.status, 5);
   EXPECT_EQ(full.err, "boxunion: error: scratch: cannot write scratch files: File too large\n");
   EXPECT_EQ(left(), 0);
