@@ -1,195 +1,21 @@
 #include <fmt/format.h>
-#include <vulkan/vulkan.h>
 
 #include <algorithm>
-#include <cstring>
-#include <mutex>
-#include <optional>
 #include <utility>
 
 #include "core/error.hpp"
 #include "host/backend.hpp"
+#include "host/vulkan_session.hpp"
 
 namespace boxunion {
 namespace {
+
+using namespace vulkan;
 
 /// Dispatches between two waits: what the descriptor and query pools hold. One more waits for the others
 /// first.
 constexpr std::uint32_t max_dispatches = 256;
 constexpr std::uint32_t max_bindings = 16;
-
-void check(VkResult result, const char* call) {
-  if (result == VK_SUCCESS) return;
-  const bool memory = result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY;
-  const char* what = memory                                 ? "out of memory"
-                     : result == VK_ERROR_DEVICE_LOST       ? "device lost"
-                     : result == VK_ERROR_LAYER_NOT_PRESENT ? "layer not present"
-                                                            : "error";
-  throw Error(memory ? ErrorKind::resources : ErrorKind::device,
-              fmt::format("Vulkan: {}: {} ({})", call, what, static_cast<int>(result)));
-}
-
-/// A structure of Vulkan's, zero but for its type.
-template <class T>
-T structure(VkStructureType type, void* next = nullptr) {
-  T empty{};
-  empty.sType = type;
-  empty.pNext = next;
-  return empty;
-}
-
-/// Owns a handle that belongs to a VkDevice.
-template <class T, auto destroy>
-class Handle {
- public:
-  Handle() = default;
-  Handle(VkDevice device, T handle) : device_(device), handle_(handle) {}
-  Handle(Handle&& other) noexcept
-      : device_(other.device_), handle_(std::exchange(other.handle_, VK_NULL_HANDLE)) {}
-  Handle& operator=(Handle&& other) noexcept {
-    std::swap(device_, other.device_);
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~Handle() {
-    if (handle_ != VK_NULL_HANDLE) destroy(device_, handle_, nullptr);
-  }
-  T get() const { return handle_; }
-
-  /// A new object: create is the vkCreate... or vkAllocate... function.
-  template <class Create, class Info>
-  static Handle make(VkDevice device, Create create, const Info& info, const char* call) {
-    T handle = VK_NULL_HANDLE;
-    check(create(device, &info, nullptr, &handle), call);
-    return {device, handle};
-  }
-
- private:
-  VkDevice device_ = VK_NULL_HANDLE;
-  T handle_ = VK_NULL_HANDLE;
-};
-using BufferHandle = Handle<VkBuffer, vkDestroyBuffer>;
-using Memory = Handle<VkDeviceMemory, vkFreeMemory>;
-using ShaderModule = Handle<VkShaderModule, vkDestroyShaderModule>;
-using SetLayout = Handle<VkDescriptorSetLayout, vkDestroyDescriptorSetLayout>;
-using PipelineLayout = Handle<VkPipelineLayout, vkDestroyPipelineLayout>;
-using Pipeline = Handle<VkPipeline, vkDestroyPipeline>;
-using DescriptorPool = Handle<VkDescriptorPool, vkDestroyDescriptorPool>;
-using CommandPool = Handle<VkCommandPool, vkDestroyCommandPool>;
-using QueryPool = Handle<VkQueryPool, vkDestroyQueryPool>;
-
-/// A VkInstance; with BOXUNION_VULKAN_VALIDATION=1 it also collects what the validation layer says.
-class Instance {
- public:
-  Instance() {
-    auto application = structure<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
-    application.pApplicationName = "boxunion";
-    application.apiVersion = VK_API_VERSION_1_2;
-    auto create = structure<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
-    create.pApplicationInfo = &application;
-
-    const char* layer = "VK_LAYER_KHRONOS_validation";
-    const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
-    const VkValidationFeatureEnableEXT enabled[] = {
-        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
-        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
-        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT};
-    auto features = structure<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
-    features.enabledValidationFeatureCount = 3;
-    features.pEnabledValidationFeatures = enabled;
-    auto messenger = structure<VkDebugUtilsMessengerCreateInfoEXT>(
-        VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
-    messenger.messageSeverity =
-        VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
-    messenger.pfnUserCallback = &Instance::receive;
-    messenger.pUserData = this;
-
-    const bool validation = environment_flag("BOXUNION_VULKAN_VALIDATION");
-    if (validation) {
-      create.enabledLayerCount = 1;
-      create.ppEnabledLayerNames = &layer;
-      create.enabledExtensionCount = 2;
-      create.ppEnabledExtensionNames = extensions;
-      create.pNext = &features;
-    }
-    check(vkCreateInstance(&create, nullptr, &handle_), "vkCreateInstance");
-    if (validation) {
-      const auto make = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
-          vkGetInstanceProcAddr(handle_, "vkCreateDebugUtilsMessengerEXT"));
-      make(handle_, &messenger, nullptr, &messenger_);
-    }
-  }
-  ~Instance() {
-    if (messenger_ != VK_NULL_HANDLE) {
-      const auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
-          vkGetInstanceProcAddr(handle_, "vkDestroyDebugUtilsMessengerEXT"));
-      destroy(handle_, messenger_, nullptr);
-    }
-    if (handle_ != VK_NULL_HANDLE) vkDestroyInstance(handle_, nullptr);
-  }
-  Instance(const Instance&) = delete;
-  Instance& operator=(const Instance&) = delete;
-  VkInstance get() const { return handle_; }
-
-  /// Throws Error(device) with the first message since the last call, if there was one.
-  void check_messages() {
-    const std::lock_guard lock(mutex_);
-    if (messages_.empty()) return;
-    const std::string first = std::exchange(messages_, {}).front();
-    throw Error(ErrorKind::device, "Vulkan validation: " + first);
-  }
-
- private:
-  static VKAPI_ATTR VkBool32 VKAPI_CALL receive(VkDebugUtilsMessageSeverityFlagBitsEXT,
-                                                VkDebugUtilsMessageTypeFlagsEXT,
-                                                const VkDebugUtilsMessengerCallbackDataEXT* data,
-                                                void* self) {
-    auto& instance = *static_cast<Instance*>(self);
-    const std::lock_guard lock(instance.mutex_);
-    instance.messages_.emplace_back(data->pMessage);
-    return VK_FALSE;
-  }
-
-  VkInstance handle_ = VK_NULL_HANDLE;
-  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
-  std::mutex mutex_;
-  std::vector<std::string> messages_;
-};
-
-/// The first queue family that computes.
-std::optional<std::uint32_t> compute_family(VkPhysicalDevice device) {
-  std::uint32_t count = 0;
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
-  std::vector<VkQueueFamilyProperties> families(count);
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
-  for (std::uint32_t family = 0; family < count; ++family)
-    if ((families[family].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0) return family;
-  return std::nullopt;
-}
-
-/// Every device that offers what the kernels' SPIR-V needs: Vulkan 1.2 and 64-bit integers.
-std::vector<VkPhysicalDevice> find_devices(VkInstance instance, std::vector<std::string>& notes) {
-  std::uint32_t count = 0;
-  check(vkEnumeratePhysicalDevices(instance, &count, nullptr), "vkEnumeratePhysicalDevices");
-  std::vector<VkPhysicalDevice> devices(count);
-  if (count != 0)
-    check(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "vkEnumeratePhysicalDevices");
-  if (count == 0) notes.emplace_back("Vulkan: no device found: install a driver such as mesa-vulkan-drivers");
-  std::erase_if(devices, [&](VkPhysicalDevice device) {
-    VkPhysicalDeviceProperties properties;
-    VkPhysicalDeviceFeatures features;
-    vkGetPhysicalDeviceProperties(device, &properties);
-    vkGetPhysicalDeviceFeatures(device, &features);
-    const bool usable = properties.apiVersion >= VK_API_VERSION_1_2 && features.shaderInt64 == VK_TRUE &&
-                        compute_family(device).has_value();
-    if (!usable)
-      notes.push_back(fmt::format("Vulkan: {} lacks Vulkan 1.2, 64-bit integers or compute",
-                                  static_cast<const char*>(properties.deviceName)));
-    return !usable;
-  });
-  return devices;
-}
 
 DeviceInfo describe(VkPhysicalDevice device, std::size_t index) {
   auto driver =
@@ -225,126 +51,6 @@ DeviceInfo describe(VkPhysicalDevice device, std::size_t index) {
   info.preferred_workgroup = std::min(info.is_cpu ? 8u : 64u, info.max_workgroup);
   return info;
 }
-
-/// What a device, its buffers and its kernels share, so that they may be destroyed in any order: the logical
-/// device, its queue and the commands that are being recorded or run.
-class Session {
- public:
-  Session(std::unique_ptr<Instance> instance, VkPhysicalDevice physical)
-      : instance_(std::move(instance)), physical_(physical), family_(compute_family(physical).value()) {
-    const float priority = 1;
-    auto queue = structure<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
-    queue.queueFamilyIndex = family_;
-    queue.queueCount = 1;
-    queue.pQueuePriorities = &priority;
-    VkPhysicalDeviceFeatures features{};
-    features.shaderInt64 = VK_TRUE;
-    auto create = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
-    create.queueCreateInfoCount = 1;
-    create.pQueueCreateInfos = &queue;
-    create.pEnabledFeatures = &features;
-    check(vkCreateDevice(physical, &create, nullptr, &device_), "vkCreateDevice");
-    vkGetDeviceQueue(device_, family_, 0, &queue_);
-  }
-  ~Session() {
-    pool_ = {};
-    vkDestroyDevice(device_, nullptr);
-  }
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-
-  VkDevice device() const { return device_; }
-  std::uint32_t family() const { return family_; }
-  Instance& instance() { return *instance_; }
-
-  /// Memory of a type that has all `required` flags and, if there is such a type, the `preferred` ones.
-  Memory allocate(VkBuffer buffer, VkMemoryPropertyFlags required, VkMemoryPropertyFlags preferred) {
-    VkMemoryRequirements requirements;
-    vkGetBufferMemoryRequirements(device_, buffer, &requirements);
-    VkPhysicalDeviceMemoryProperties properties;
-    vkGetPhysicalDeviceMemoryProperties(physical_, &properties);
-    for (const VkMemoryPropertyFlags wanted : {required | preferred, required})
-      for (std::uint32_t type = 0; type < properties.memoryTypeCount; ++type) {
-        if ((requirements.memoryTypeBits >> type & 1u) == 0) continue;
-        if ((properties.memoryTypes[type].propertyFlags & wanted) != wanted) continue;
-        auto info = structure<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
-        info.allocationSize = requirements.size;
-        info.memoryTypeIndex = type;
-        Memory memory = Memory::make(device_, vkAllocateMemory, info, "vkAllocateMemory");
-        check(vkBindBufferMemory(device_, buffer, memory.get(), 0), "vkBindBufferMemory");
-        return memory;
-      }
-    throw Error(ErrorKind::device, "Vulkan: no memory type fits");
-  }
-
-  /// A command buffer whose next command sees what all commands before it have written.
-  VkCommandBuffer record() {
-    if (recording_ == VK_NULL_HANDLE) {
-      if (pool_.get() == VK_NULL_HANDLE) {
-        auto info = structure<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
-        info.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
-        info.queueFamilyIndex = family_;
-        pool_ = CommandPool::make(device_, vkCreateCommandPool, info, "vkCreateCommandPool");
-      }
-      auto info = structure<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
-      info.commandPool = pool_.get();
-      info.commandBufferCount = 1;
-      VkCommandBuffer commands = VK_NULL_HANDLE;
-      check(vkAllocateCommandBuffers(device_, &info, &commands), "vkAllocateCommandBuffers");
-      used_.push_back(commands);
-      auto begin = structure<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
-      begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-      check(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
-      recording_ = commands;
-    }
-    barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                VK_ACCESS_TRANSFER_WRITE_BIT);
-    return recording_;
-  }
-
-  /// Lets the host see what the commands recorded so far have written, once they have run.
-  void release_to_host() { barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT); }
-
-  /// Starts what was recorded.
-  VkResult submit() {
-    if (recording_ == VK_NULL_HANDLE) return VK_SUCCESS;
-    const VkCommandBuffer commands = std::exchange(recording_, VK_NULL_HANDLE);
-    if (const VkResult result = vkEndCommandBuffer(commands); result != VK_SUCCESS) return result;
-    auto info = structure<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
-    info.commandBufferCount = 1;
-    info.pCommandBuffers = &commands;
-    return vkQueueSubmit(queue_, 1, &info, VK_NULL_HANDLE);
-  }
-
-  /// Submits and waits for everything.
-  VkResult finish() {
-    const VkResult submitted = submit();
-    const VkResult waited = vkQueueWaitIdle(queue_);
-    if (!used_.empty())
-      vkFreeCommandBuffers(device_, pool_.get(), static_cast<std::uint32_t>(used_.size()), used_.data());
-    used_.clear();
-    return submitted != VK_SUCCESS ? submitted : waited;
-  }
-
- private:
-  void barrier(VkPipelineStageFlags stages, VkAccessFlags access) {
-    auto memory = structure<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
-    memory.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    memory.dstAccessMask = access;
-    vkCmdPipelineBarrier(recording_, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-                         stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
-  }
-
-  std::unique_ptr<Instance> instance_;
-  VkPhysicalDevice physical_;
-  std::uint32_t family_;
-  VkDevice device_ = VK_NULL_HANDLE;
-  VkQueue queue_ = VK_NULL_HANDLE;
-  CommandPool pool_;
-  VkCommandBuffer recording_ = VK_NULL_HANDLE;
-  std::vector<VkCommandBuffer> used_;  // since the last finish()
-};
 
 /// A buffer in mapped memory and, unless that is what kernels use, a second one in the device's own memory.
 class VulkanBuffer final : public Buffer {
@@ -382,31 +88,31 @@ class VulkanBuffer final : public Buffer {
 struct VulkanKernel final : Kernel {
   VulkanKernel(std::shared_ptr<Session> session, const KernelSource& source, Shape shape,
                std::uint32_t workgroup)
-      : session(std::move(session)), source(source), shape(shape), workgroup(workgroup) {}
-  ~VulkanKernel() override { session->finish(); }
+      : session(std::move(session)),
+        source(source),
+        shape(shape),
+        workgroup(workgroup),
+        program(this->session->logical().program(source, shape, workgroup)) {}
   std::shared_ptr<Session> session;
   const KernelSource& source;
   Shape shape;
   std::uint32_t workgroup;
-  SetLayout set_layout;
-  PipelineLayout layout;
-  Pipeline pipeline;
+  const Program& program;
 };
 
 /// A Vulkan 1.2 device with one queue. Uploads and clears are submitted with the next dispatch or download.
 class VulkanDevice final : public Device {
  public:
-  VulkanDevice(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, std::size_t index,
-               ZeroCopy zero_copy)
-      : info_(describe(physical, index)) {
+  VulkanDevice(std::shared_ptr<LogicalDevice> logical, std::size_t index, ZeroCopy zero_copy)
+      : info_(describe(logical->physical(), index)) {
     if (zero_copy == ZeroCopy::never) info_.is_unified = false;
     VkPhysicalDeviceProperties properties;
-    vkGetPhysicalDeviceProperties(physical, &properties);
+    vkGetPhysicalDeviceProperties(logical->physical(), &properties);
     max_groups_x_ = properties.limits.maxComputeWorkGroupCount[0];
     tick_seconds_ = properties.limits.timestampComputeAndGraphics == VK_TRUE
                         ? 1e-9 * static_cast<double>(properties.limits.timestampPeriod)
                         : 0;
-    session_ = std::make_shared<Session>(std::move(instance), physical);
+    session_ = std::make_shared<Session>(std::move(logical));
 
     const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_dispatches * max_bindings};
     auto pool = structure<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
@@ -454,50 +160,7 @@ class VulkanDevice final : public Device {
 
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
     check_workgroup(info_, shape, workgroup);
-    const VkDevice device = session_->device();
-    auto kernel = std::make_unique<VulkanKernel>(session_, source, shape, workgroup);
-
-    std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (std::uint32_t binding = 0; binding < source.buffers; ++binding)
-      bindings.push_back(
-          {binding, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
-    auto set =
-        structure<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
-    set.bindingCount = source.buffers;
-    set.pBindings = bindings.data();
-    kernel->set_layout =
-        SetLayout::make(device, vkCreateDescriptorSetLayout, set, "vkCreateDescriptorSetLayout");
-
-    const VkDescriptorSetLayout set_layout = kernel->set_layout.get();
-    const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, source.parameter_bytes};
-    auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
-    layout.setLayoutCount = 1;
-    layout.pSetLayouts = &set_layout;
-    layout.pushConstantRangeCount = 1;
-    layout.pPushConstantRanges = &range;
-    kernel->layout = PipelineLayout::make(device, vkCreatePipelineLayout, layout, "vkCreatePipelineLayout");
-
-    const std::span<const std::uint32_t> spirv = source.spirv[static_cast<int>(shape)];
-    auto code = structure<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
-    code.codeSize = spirv.size_bytes();
-    code.pCode = spirv.data();
-    const ShaderModule module =
-        ShaderModule::make(device, vkCreateShaderModule, code, "vkCreateShaderModule");
-
-    const VkSpecializationMapEntry entry{0, 0, sizeof workgroup};
-    const VkSpecializationInfo specialization{1, &entry, sizeof workgroup, &workgroup};
-    auto info = structure<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
-    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-    info.stage.module = module.get();
-    info.stage.pName = "main";
-    info.stage.pSpecializationInfo = &specialization;
-    info.layout = kernel->layout.get();
-    VkPipeline pipeline = VK_NULL_HANDLE;
-    check(vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
-          "vkCreateComputePipelines");
-    kernel->pipeline = {device, pipeline};
-    return kernel;
+    return std::make_unique<VulkanKernel>(session_, source, shape, workgroup);
   }
 
   void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
@@ -507,7 +170,7 @@ class VulkanDevice final : public Device {
     if (units == 0) return;
     if (dispatched_ == max_dispatches) wait();
 
-    const VkDescriptorSet set = bind(loaded.set_layout.get(), buffers);
+    const VkDescriptorSet set = bind(loaded.program.set_layout.get(), buffers);
     const std::uint32_t groups =
         loaded.shape == Shape::group ? units : (units + loaded.workgroup - 1) / loaded.workgroup;
     const std::uint32_t groups_x =
@@ -516,10 +179,10 @@ class VulkanDevice final : public Device {
 
     const VkCommandBuffer commands = session_->record();
     const std::uint32_t query = 2 * dispatched_++;
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, loaded.pipeline.get());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, loaded.layout.get(), 0, 1, &set, 0,
-                            nullptr);
-    vkCmdPushConstants(commands, loaded.layout.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, loaded.program.pipeline.get());
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, loaded.program.layout.get(), 0, 1, &set,
+                            0, nullptr);
+    vkCmdPushConstants(commands, loaded.program.layout.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
                        static_cast<std::uint32_t>(parameters.size()), parameters.data());
     vkCmdResetQueryPool(commands, timestamps_.get(), query, 2);
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timestamps_.get(), query);
@@ -529,7 +192,7 @@ class VulkanDevice final : public Device {
   }
 
   void wait() override {
-    check(session_->finish(), "vkQueueWaitIdle");
+    check(session_->finish(), "vkWaitForFences");
     const std::uint32_t dispatched = std::exchange(dispatched_, 0);
     check(vkResetDescriptorPool(session_->device(), descriptors_.get(), 0), "vkResetDescriptorPool");
     std::vector<std::uint64_t> ticks(2 * dispatched);
@@ -540,7 +203,7 @@ class VulkanDevice final : public Device {
             "vkGetQueryPoolResults");
     for (std::size_t i = 0; i < ticks.size(); i += 2)
       seconds_ += tick_seconds_ * static_cast<double>(ticks[i + 1] - ticks[i]);
-    session_->instance().check_messages();
+    session_->logical().instance().check_messages();
   }
 
   double kernel_seconds() const override { return seconds_; }
@@ -583,8 +246,8 @@ class VulkanDevice final : public Device {
 std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
   std::vector<DeviceInfo> infos;
   try {
-    const Instance instance;
-    for (VkPhysicalDevice device : find_devices(instance.get(), notes))
+    const std::shared_ptr<Instance> instance = shared_instance();
+    for (VkPhysicalDevice device : find_devices(instance->get(), notes))
       infos.push_back(describe(device, infos.size()));
   } catch (const Error& error) {
     notes.push_back(fmt::format("{}: install a driver such as mesa-vulkan-drivers", error.what()));
@@ -593,10 +256,7 @@ std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
 }
 
 std::unique_ptr<Device> open_vulkan(std::size_t index, ZeroCopy zero_copy) {
-  auto instance = std::make_unique<Instance>();
-  std::vector<std::string> notes;
-  const VkPhysicalDevice physical = find_devices(instance->get(), notes).at(index);
-  return std::make_unique<VulkanDevice>(std::move(instance), physical, index, zero_copy);
+  return std::make_unique<VulkanDevice>(logical_device(index), index, zero_copy);
 }
 
 }  // namespace boxunion

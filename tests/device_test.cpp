@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include "core/error.hpp"
 #include "host/backend.hpp"
@@ -249,6 +250,22 @@ TEST_P(DeviceTest, ManyDispatchesBeforeOneWait) {
   device->download(*total, 0, 4);
   device->wait();
   EXPECT_EQ(total->view<std::uint32_t>()[0], 2400u);
+}
+
+TEST_P(DeviceTest, SeveralThreadsOpenItAtOnce) {
+  const Tiles tiles = some_tiles();
+  const Result expected = run_contour(*open_device("native"), Shape::item, 1, tiles);
+  std::vector<int> same(4);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < same.size(); ++t)
+    threads.emplace_back([&, t] {
+      for (int round = 0; round < 20; ++round) {
+        const auto own = open_device(GetParam().id, GetParam().zero_copy);
+        same[t] += run_contour(*own, Shape::item, 1u << t, tiles).contours == expected.contours;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(same, std::vector<int>(4, 20));
 }
 
 TEST_P(DeviceTest, BuffersOutliveTheDeviceAndWorkInFlight) {
