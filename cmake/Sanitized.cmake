@@ -1,29 +1,30 @@
-# The library and the command once more, with address and undefined behaviour sanitizers, in sanitized/ of the build. The
-# tests and fuzz targets that drive them are not sanitized themselves: they are compiled once, and run fast. The preset
-# `asan` sanitizes all.
-set(sanitized_folder ${PROJECT_BINARY_DIR}/sanitized)
-
-# Makes `target` of what `original` is made of.
-function(boxunion_sanitize target original)
-  foreach(property SOURCES INCLUDE_DIRECTORIES COMPILE_DEFINITIONS LINK_LIBRARIES)
-    get_target_property(values ${original} ${property})
-    if(values)
-      list(TRANSFORM values REPLACE "^boxunion$" boxunion_sanitized)
-      set(${property} ${values})
-    endif()
-  endforeach()
-  target_sources(${target} PRIVATE ${SOURCES})
-  target_include_directories(${target} PUBLIC ${INCLUDE_DIRECTORIES})
-  target_compile_definitions(${target} PRIVATE ${COMPILE_DEFINITIONS})
-  target_link_libraries(${target} PUBLIC ${LINK_LIBRARIES})
-  target_compile_options(${target} PRIVATE -fsanitize=address,undefined ${sanitizer_options} -O1 -g1)
-  target_link_options(${target} PUBLIC -fsanitize=address,undefined)
-endfunction()
+# The library once more, with address and undefined behaviour sanitizers, and in sanitized/ of the build what drives it: the
+# command and the tests. Those are the same objects as without sanitizers, so that they are compiled once and tests run
+# fast. The preset `asan` sanitizes all.
 
 add_library(boxunion_sanitized OBJECT EXCLUDE_FROM_ALL)
-boxunion_sanitize(boxunion_sanitized boxunion)
+foreach(property SOURCES INCLUDE_DIRECTORIES COMPILE_DEFINITIONS)
+  get_target_property(${property} boxunion ${property})
+endforeach()
+get_target_property(sanitized_libraries boxunion LINK_LIBRARIES)
+target_sources(boxunion_sanitized PRIVATE ${SOURCES})
+target_include_directories(boxunion_sanitized PUBLIC ${INCLUDE_DIRECTORIES})
+target_compile_definitions(boxunion_sanitized PRIVATE ${COMPILE_DEFINITIONS})
+target_link_libraries(boxunion_sanitized PUBLIC ${sanitized_libraries})
+target_compile_options(boxunion_sanitized PRIVATE -fsanitize=address,undefined ${sanitizer_options} -O1 -g1)
+target_link_options(boxunion_sanitized PUBLIC -fsanitize=address,undefined)
 target_precompile_headers(boxunion_sanitized PRIVATE ${precompiled_headers})
 
-add_executable(boxunion_sanitized_command EXCLUDE_FROM_ALL tests/sanitizers.cpp)
-boxunion_sanitize(boxunion_sanitized_command boxunion_command)
-set_target_properties(boxunion_sanitized_command PROPERTIES OUTPUT_NAME boxunion RUNTIME_OUTPUT_DIRECTORY ${sanitized_folder})
+# boxunion_sanitized_program(name program): `program` with the sanitized library. Of a function that both have, the linker
+# takes the first one: the sanitized one.
+function(boxunion_sanitized_program name program)
+  add_executable(${name} EXCLUDE_FROM_ALL $<TARGET_OBJECTS:boxunion_sanitized> $<TARGET_OBJECTS:${program}> ${ARGN})
+  get_target_property(libraries ${program} LINK_LIBRARIES)
+  list(TRANSFORM libraries REPLACE "^boxunion$" "${sanitized_libraries}")
+  target_link_libraries(${name} PRIVATE ${libraries})
+  target_link_options(${name} PRIVATE -fsanitize=address,undefined)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/sanitized)
+endfunction()
+
+boxunion_sanitized_program(boxunion_sanitized_command boxunion_command tests/sanitizers.cpp)
+set_target_properties(boxunion_sanitized_command PROPERTIES OUTPUT_NAME boxunion)
