@@ -7,8 +7,8 @@
 #include <set>
 #include <string>
 
+#include "host/device.hpp"
 #include "tests/command.hpp"
-#include "tests/every_device.hpp"
 
 namespace boxunion {
 namespace {
@@ -119,7 +119,8 @@ TEST_F(BenchCommand, WrongUsageExitsWith2AndLeavesNoFile) {
 }
 
 TEST_F(BenchCommand, SkipsADeviceThatFails) {
-  for (const std::string& id : device_ids()) {
+  for (const DeviceInfo& device : list_devices()) {
+    const std::string& id = device.id;
     if (id == "native") continue;
     const Outcome r = shell("BOXUNION_FAIL_DEVICE=dispatch:1 boxunion " + std::string(kTiny) +
                             "--kernel contour --device native," + id);
@@ -137,15 +138,16 @@ TEST_F(BenchCommand, NativeHasNothingToTune) {
 }
 
 TEST_F(BenchCommand, TunesADeviceAndUsesWhatItFound) {
-  for (const std::string& id : device_ids()) {
+  for (const DeviceInfo& device : list_devices()) {
+    const std::string& id = device.id;
     if (id == "native") continue;
     SCOPED_TRACE(id);
     const auto launch = [&] {
       const Outcome r = shell("BOXUNION_TUNING=new/tuning.json boxunion devices --json");
       EXPECT_EQ(r.err, "");
       const nlohmann::json root = nlohmann::json::parse(r.out);
-      for (const nlohmann::json& device : root.at("devices"))
-        if (device.at("id") == id) return device.at("launches").at("contour");
+      for (const nlohmann::json& entry : root.at("devices"))
+        if (entry.at("id") == id) return entry.at("launches").at("contour");
       return nlohmann::json();
     };
     EXPECT_EQ(launch().at("tuned"), false);
