@@ -344,7 +344,8 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
       const double p = items_per_box(log_edge);
       if (best < 0 || p < best_per_box) best = a, best_per_box = p;
     }
-    if (best < 0 || best_per_box > 1.5 * per_box || best_per_box > 24) break;
+    const bool crowded = double(items.size()) * per_box > 2 * kGoalBoxes * double(grid.count());
+    if (best < 0 || best_per_box > (crowded ? 1.7 : 1.5) * per_box || best_per_box > 24) break;
     --grid.log_edge[best];
     per_box = best_per_box;
     count_cells();

@@ -13,7 +13,7 @@ namespace boxunion {
 namespace {
 
 constexpr auto kWhat = "sorting the vertices into planes";
-constexpr std::size_t kGrain = 1 << 12;                             // vertices
+constexpr std::size_t kGrain = 1 << 14;                             // vertices
 constexpr std::size_t kLeastChunk = 1 << 11, kMostChunk = 1 << 13;  // vertices
 constexpr std::uint32_t kCounted = 1 << 16;                         // so many counters fit a core's cache
 

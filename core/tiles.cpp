@@ -39,7 +39,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   std::vector<OrdinalBox> sample;
   std::size_t n = 0;
   for (const OrdinalSource& source : sources) n += source.size();
-  const std::size_t step = n / 2048 + 1;
+  const std::size_t step = n / 512 + 1;
   for (const OrdinalSource& source : sources)
     for (std::size_t i = 0; i < source.size(); i += step)
       source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
