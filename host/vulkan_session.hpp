@@ -144,8 +144,9 @@ class LogicalDevice {
   std::map<std::tuple<std::string_view, Shape, std::uint32_t>, Program> programs_;
 };
 
-/// The logical device of a physical one, the index-th of find_devices(). It lives as long as the process, or
-/// its instance: a program takes a tenth of a second to make, and a process may open a device many times.
+/// The logical device of a physical one, the index-th of find_devices(). It lives as long as the process, but
+/// under validation as long as it is used: a program takes a tenth of a second to make, and a process may
+/// open a device many times.
 std::shared_ptr<LogicalDevice> logical_device(std::size_t index);
 
 /// What an open device, its buffers and its kernels share, so that they may be destroyed in any order: the
