@@ -3,13 +3,11 @@
 # fast. The preset `asan` sanitizes all.
 
 add_library(boxunion_sanitized OBJECT EXCLUDE_FROM_ALL)
-foreach(property SOURCES INCLUDE_DIRECTORIES COMPILE_DEFINITIONS)
-  get_target_property(${property} boxunion ${property})
-endforeach()
+get_target_property(sources boxunion SOURCES)
 get_target_property(sanitized_libraries boxunion LINK_LIBRARIES)
-target_sources(boxunion_sanitized PRIVATE ${SOURCES})
-target_include_directories(boxunion_sanitized PUBLIC ${INCLUDE_DIRECTORIES})
-target_compile_definitions(boxunion_sanitized PRIVATE ${COMPILE_DEFINITIONS})
+target_sources(boxunion_sanitized PRIVATE ${sources})
+target_include_directories(boxunion_sanitized PUBLIC $<TARGET_PROPERTY:boxunion,INCLUDE_DIRECTORIES>)
+target_compile_definitions(boxunion_sanitized PRIVATE $<TARGET_PROPERTY:boxunion,COMPILE_DEFINITIONS>)
 target_link_libraries(boxunion_sanitized PUBLIC ${sanitized_libraries})
 target_compile_options(boxunion_sanitized PRIVATE -fsanitize=address,undefined ${sanitizer_options} -O1 -g1)
 target_link_options(boxunion_sanitized PUBLIC -fsanitize=address,undefined)

@@ -344,6 +344,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
       const double p = items_per_box(log_edge);
       if (best < 0 || p < best_per_box) best = a, best_per_box = p;
     }
+    // each copy of a box costs, but cells that stay crowded would be halved one by one
     const bool crowded = double(items.size()) * per_box > 2 * kGoalBoxes * double(grid.count());
     if (best < 0 || best_per_box > (crowded ? 1.7 : 1.5) * per_box || best_per_box > 24) break;
     --grid.log_edge[best];

@@ -61,8 +61,8 @@ Examples:
 constexpr const char* kBench = R"(
 Every case is checked against the native device and then timed. Device time is the kernel's own, as the device
 measures it; natively, CPU time. Wall time is from batch in host memory to result in host memory. The first run
-includes what compiling the kernel takes, unless the driver has it in a cache. Spreads are half the distance of
-the quartiles. Rates are of device time; of copy: of the bandwidth of a copy on that device.
+includes what compiling the kernel takes, unless the driver or this process has done it before. Spreads are half
+the distance of the quartiles. Rates are of device time; of copy: of the bandwidth of a copy on that device.
 
 BOXUNION_TUNING names the tuning file in use (empty: none); without it, $XDG_CONFIG_HOME/boxunion/tuning.json or
 ~/.config/boxunion/tuning.json is read.
