@@ -404,7 +404,8 @@ bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const
 /// A counting sort of the boxes by cell; a box is in every cell that it touches and that is not covered.
 void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const {
   level.start.assign(grid.count() + 1, 0);
-  level.pairs.clear();
+  if (!any_covered) level.covered.assign(grid.count(), 0);
+  std::size_t count = 0;
   std::array<std::uint32_t, 3> base;
   for (int a = 0; a < 3; ++a) base[a] = field(grid.region.lo, a);
   for (const std::uint32_t i : items) {
@@ -413,20 +414,22 @@ void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, L
       from[a] = (std::max(field(boxes_[i].lo, a), base[a]) - base[a]) >> grid.log_edge[a];
       to[a] = std::min((field(boxes_[i].hi, a) - base[a]) >> grid.log_edge[a], grid.cells[a] - 1);
     }
+    const std::size_t most = std::size_t{to[0] - from[0] + 1} * (to[1] - from[1] + 1) * (to[2] - from[2] + 1);
+    if (level.pairs.size() < count + most) level.pairs.resize(2 * (count + most));
     for (std::uint32_t z = from[2]; z <= to[2]; ++z)
       for (std::uint32_t y = from[1]; y <= to[1]; ++y)
-        for (std::uint32_t x = from[0]; x <= to[0]; ++x) {
+        for (std::uint32_t x = from[0]; x <= to[0]; ++x) {  // no branch, which nobody could predict
           const std::uint32_t c = (z * grid.cells[1] + y) * grid.cells[0] + x;
-          if (any_covered && level.covered[c]) continue;
-          ++level.start[c];
-          level.pairs.push_back({c, i});
+          const std::uint32_t open = 1u ^ level.covered[c];
+          level.pairs[count] = {c, i};
+          level.start[c] += open;
+          count += open;
         }
   }
   std::uint32_t sum = 0;
   for (std::uint32_t& start : level.start) start = sum += start;
   level.sorted.resize(sum);
-  for (auto pair = level.pairs.rbegin(); pair != level.pairs.rend(); ++pair)
-    level.sorted[--level.start[(*pair)[0]]] = (*pair)[1];
+  while (count-- > 0) level.sorted[--level.start[level.pairs[count][0]]] = level.pairs[count][1];
 }
 
 /// Adds the cell whose boxes are stack_[begin ..], halved until it fits; removes them from the stack.

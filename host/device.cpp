@@ -59,7 +59,7 @@ bool environment_flag(const char* name) {
 
 #ifndef BOXUNION_HAVE_OPENCL
 std::vector<DeviceInfo> list_opencl(std::vector<std::string>& notes) {
-  notes.push_back("OpenCL: not built in");
+  notes.emplace_back("OpenCL: not built in");
   return {};
 }
 std::unique_ptr<Device> open_opencl(std::size_t, ZeroCopy) {
@@ -69,7 +69,7 @@ std::unique_ptr<Device> open_opencl(std::size_t, ZeroCopy) {
 
 #ifndef BOXUNION_HAVE_VULKAN
 std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
-  notes.push_back("Vulkan: not built in");
+  notes.emplace_back("Vulkan: not built in");
   return {};
 }
 std::unique_ptr<Device> open_vulkan(std::size_t, ZeroCopy) {
