@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <span>
 
@@ -23,7 +22,7 @@ inline void reserve(Device& device, std::unique_ptr<Buffer>& buffer, std::size_t
 template <class T>
 void upload(Device& device, std::unique_ptr<Buffer>& buffer, std::span<const T> values) {
   reserve(device, buffer, values.size_bytes());
-  std::memcpy(buffer->view<T>().data(), values.data(), values.size_bytes());
+  std::ranges::copy(values, buffer->view<T>().begin());
   device.upload(*buffer, values.size_bytes());
 }
 
