@@ -23,6 +23,19 @@ using Keyed = std::uint64_t;
 /// A function object, so that sorting inlines it.
 constexpr auto ordinal_of = [](Keyed k) { return static_cast<std::uint32_t>(k >> 32); };
 
+/// Where the runs of equal ones of so many ordinals begin, of which at most `most` differ.
+template <class Ordinal>
+std::vector<std::uint32_t> first_of_runs(std::size_t count, std::size_t most, Ordinal ordinal) {
+  std::vector<std::uint32_t> first(std::min(count, most) + 1);
+  std::size_t runs = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    first[runs] = static_cast<std::uint32_t>(i);
+    runs += i == 0 || ordinal(i) != ordinal(i - 1);  // no branch, which nobody could predict
+  }
+  first.resize(runs);
+  return first;
+}
+
 /// Puts vertices into planes, stably: vertex(i) of the i-th one, in the plane of ordinal(i), which is below
 /// `ordinals`.
 template <class Ordinal, class VertexOf>
@@ -71,12 +84,16 @@ class PlaneSort {
     };
     each_vertex([](std::size_t, std::uint32_t& count) { ++count; });
     std::uint32_t sum = 0;
+    std::size_t planes = 0;
+    order_.first.resize(keys);
     for (std::uint32_t k = 0; k < keys; ++k) {
+      order_.first[planes] = sum;
       const std::uint32_t before = sum;
       for (std::size_t place = k; place < places.size(); place += keys)
         sum += std::exchange(places[place], sum);
-      if (sum != before) order_.first.push_back(before);
+      planes += sum != before;  // no branch: which ordinals have vertices nobody can predict
     }
+    order_.first.resize(planes);
     each_vertex([&](std::size_t i, std::uint32_t& place) { order_.vertices[place++] = vertex_(i); });
   }
 
@@ -90,9 +107,7 @@ class PlaneSort {
       for (std::size_t i = begin; i < end; ++i)
         order_.vertices[i] = vertex_(static_cast<std::uint32_t>(sorted[i]));
     });
-    for (std::size_t i = 0; i < count_; ++i)
-      if (i == 0 || ordinal_of(sorted[i]) != ordinal_of(sorted[i - 1]))
-        order_.first.push_back(static_cast<std::uint32_t>(i));
+    order_.first = first_of_runs(count_, ordinals_, [&](std::size_t i) { return ordinal_of(sorted[i]); });
   }
 
   std::size_t count_;
@@ -120,19 +135,25 @@ Planes make_planes(const Solid& solid) {
     for (std::size_t i = begin; i < end; ++i)
       planes[2].vertices[i] = {static_cast<std::uint32_t>(i), all[i].x, all[i].y, all[i].mask};
   });
-  for (std::size_t i = 0; i <= count; ++i)
-    if (i == 0 || i == count || all[i].z != all[i - 1].z)
-      planes[2].first.push_back(static_cast<std::uint32_t>(i));
+  planes[2].first = first_of_runs(count, solid.axes[2].count() + 1, [&](std::size_t i) { return all[i].z; });
+  planes[2].first.push_back(static_cast<std::uint32_t>(count));
   planes[0] = sorted(
       0, [&](std::size_t i) { return all[i].x; },
       [&](std::size_t i) {
         return PlaneVertex{static_cast<std::uint32_t>(i), all[i].y, all[i].z, all[i].mask};
       });
   const Array<PlaneVertex>& by_x = planes[0].vertices;
+  auto x = make_array<std::uint32_t>(count, kWhat);  // of the vertices by x: all of these lie anywhere
+  parallel_ranges(0, planes[0].planes(), kGrain / 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::uint32_t first = planes[0].first[p];
+      std::fill(x.begin() + first, x.begin() + planes[0].first[p + 1], all[by_x[first].vertex].x);
+    }
+  });
   planes[1] = sorted(
       1, [&](std::size_t i) { return by_x[i].column; },
       [&](std::size_t i) {
-        return PlaneVertex{by_x[i].vertex, by_x[i].row, all[by_x[i].vertex].x, by_x[i].mask};
+        return PlaneVertex{by_x[i].vertex, by_x[i].row, x[i], by_x[i].mask};
       });
   return planes;
 }
