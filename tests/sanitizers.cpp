@@ -3,8 +3,8 @@
 // Drivers keep memory until the process ends, some in modules that are unloaded before leaks are looked for,
 // so that no suppression can name them: leaks are looked for only where ASAN_OPTIONS asks for it, which the
 // tests without drivers do. lib3mf, with which tests read models back, leaks some of what libzip allocates.
-// oneTBB, of which the command and the tests still use arenas, was not built with the thread sanitizer and
-// synchronises in ways that it cannot see.
+// oneTBB, of which the command and the tests still use arenas, and the drivers (PoCL, lavapipe) were not
+// built with the thread sanitizer and synchronise in ways that it cannot see.
 
 extern "C" {
 const char* __asan_default_options();
@@ -18,6 +18,11 @@ const char* __lsan_default_suppressions() {
   return "leak:libzip.so\n";
 }
 const char* __tsan_default_suppressions() {
-  return "called_from_lib:libtbb.so\nrace_top:oneapi/tbb/\n";
+  return "race_top:oneapi/tbb/\n"
+         "called_from_lib:libtbb.so\n"
+         "called_from_lib:libpocl.so\n"
+         "called_from_lib:libpocl-devices-basic.so\n"
+         "called_from_lib:libpocl-devices-pthread.so\n"
+         "called_from_lib:libvulkan_lvp.so\n";
 }
 }
