@@ -356,8 +356,9 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
 
 void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth) {
   Level& level = levels_[depth];
-  const bool any_covered = steps.empty() && mark_covered(grid, items, level);
-  sort_by_cell(grid, items, any_covered, level);
+  level.covered.assign(grid.count(), 0);
+  if (steps.empty()) mark_covered(grid, items, level);
+  sort_by_cell(grid, items, level);
   const bool empty_without_boxes = is_empty_without_boxes(steps);
   std::size_t c = 0;
   for (std::uint32_t z = 0; z < grid.cells[2]; ++z)
@@ -366,14 +367,13 @@ void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::si
         const Items own(level.sorted.data() + level.start[c], level.start[c + 1] - level.start[c]);
         if (!own.empty())
           cut_region(grid.cell(x, y, z), own, steps, depth + 1);
-        else if (!empty_without_boxes || (any_covered && level.covered[c]))
+        else if (!empty_without_boxes || level.covered[c])
           add_covered(grid.cell(x, y, z));
       }
 }
 
-/// Marks the cells that one box covers (UNION3, section 4, step 3a). False if there are none.
-bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
-  bool any = false;
+/// Marks the cells that one box covers (UNION3, section 4, step 3a).
+void TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
   const std::uint64_t edge =
       packed::pack(1u << grid.log_edge[0], 1u << grid.log_edge[1], 1u << grid.log_edge[2]);
   for (const std::uint32_t i : items) {
@@ -390,21 +390,17 @@ bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const
       some &= from[a] < to[a];
     }
     if (!some) continue;
-    if (!any) level.covered.assign(grid.count(), 0);
-    any = true;
     for (std::uint32_t z = from[2]; z < to[2]; ++z)
       for (std::uint32_t y = from[1]; y < to[1]; ++y) {
         std::uint8_t* const row = level.covered.data() + (std::size_t{z} * grid.cells[1] + y) * grid.cells[0];
         std::fill(row + from[0], row + to[0], 1);
       }
   }
-  return any;
 }
 
 /// A counting sort of the boxes by cell; a box is in every cell that it touches and that is not covered.
-void TileCutter::sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const {
+void TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const {
   level.start.assign(grid.count() + 1, 0);
-  if (!any_covered) level.covered.assign(grid.count(), 0);
   std::size_t count = 0;
   std::array<std::uint32_t, 3> base;
   for (int a = 0; a < 3; ++a) base[a] = field(grid.region.lo, a);

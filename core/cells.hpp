@@ -152,8 +152,8 @@ class TileCutter {
   Items drop_hidden_by_operand(const PackedRegion& region, Items items, Level& level) const;
   Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
   void cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth);
-  bool mark_covered(const Grid& grid, Items items, Level& level) const;
-  void sort_by_cell(const Grid& grid, Items items, bool any_covered, Level& level) const;
+  void mark_covered(const Grid& grid, Items items, Level& level) const;
+  void sort_by_cell(const Grid& grid, Items items, Level& level) const;
   void cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth);
   void halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth);
   void halve_expression(const PackedRegion& half, std::size_t begin, Steps steps, std::size_t depth);

@@ -23,7 +23,7 @@ using Keyed = std::uint64_t;
 /// A function object, so that sorting inlines it.
 constexpr auto ordinal_of = [](Keyed k) { return static_cast<std::uint32_t>(k >> 32); };
 
-/// Where the runs of equal ones of so many ordinals begin, of which at most `most` differ.
+/// Where the runs of equal ones among so many ordinals begin; there are at most `most` runs.
 template <class Ordinal>
 std::vector<std::uint32_t> first_of_runs(std::size_t count, std::size_t most, Ordinal ordinal) {
   std::vector<std::uint32_t> first(std::min(count, most) + 1);
@@ -143,7 +143,8 @@ Planes make_planes(const Solid& solid) {
         return PlaneVertex{static_cast<std::uint32_t>(i), all[i].y, all[i].z, all[i].mask};
       });
   const Array<PlaneVertex>& by_x = planes[0].vertices;
-  auto x = make_array<std::uint32_t>(count, kWhat);  // of the vertices by x: all of these lie anywhere
+  // of those by x, to be read in their order: in `all` each would be a read from anywhere
+  auto x = make_array<std::uint32_t>(count, kWhat);
   parallel_ranges(0, planes[0].planes(), kGrain / 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const std::uint32_t first = planes[0].first[p];
