@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -76,5 +78,31 @@ template <class T>
 Array<T> make_array(std::size_t size, const std::string& what) {
   return with_memory(what, size * sizeof(T), [&] { return Array<T>(size); });
 }
+
+/// Numbers of which nobody knows how many will come: blocks that double up to a huge page. Unlike an array
+/// that grows it never copies them, and what it takes from the system comes back to the next list.
+template <class T>
+class BlockList {
+ public:
+  /// New elements at the end, at least one and at most `most`, for the caller to fill.
+  std::span<T> extend(std::size_t most) {
+    if (blocks_.empty() || blocks_.back().size() == blocks_.back().capacity()) {
+      const std::size_t last = blocks_.empty() ? 0 : blocks_.back().capacity();
+      blocks_.emplace_back().reserve(std::clamp(2 * last, kFewest, kMost));
+    }
+    Array<T>& block = blocks_.back();
+    const std::size_t size = block.size();
+    const std::size_t count = std::min(most, block.capacity() - size);
+    block.resize(size + count);
+    return {block.data() + size, count};
+  }
+  std::span<const Array<T>> blocks() const { return blocks_; }
+
+ private:
+  static constexpr std::size_t kFewest = 1024;
+  static constexpr std::size_t kMost = (std::size_t{1} << 21) / sizeof(T);
+
+  std::vector<Array<T>> blocks_;
+};
 
 }  // namespace boxunion

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 
 #include "core/axis.hpp"
 #include "core/memory.hpp"
@@ -26,19 +28,48 @@ inline PlacedVertex place(const Vertex& v, const Axes& axes) {
   return {{axes[0].coordinate(v.x), axes[1].coordinate(v.y), axes[2].coordinate(v.z)}, std::uint8_t(v.mask)};
 }
 
+/// Vertices as numbers that sort as they do, where the ordinals of the axes have few enough bits.
+class VertexCode {
+ public:
+  explicit VertexCode(const Axes& axes);
+
+  bool fits() const { return fits_; }
+  std::uint64_t encode(const Vertex& v) const {
+    return std::uint64_t{v.z} << z_ | std::uint64_t{v.y} << y_ | std::uint64_t{v.x} << kMaskBits | v.mask;
+  }
+  Vertex decode(std::uint64_t code) const {
+    const auto bits = [code](int from, int to) {
+      return static_cast<std::uint32_t>(code >> from & ~(~std::uint64_t{0} << (to - from)));
+    };
+    return {bits(kMaskBits, y_), bits(y_, z_), static_cast<std::uint32_t>(code >> z_), bits(0, kMaskBits)};
+  }
+
+ private:
+  static constexpr int kMaskBits = 8;
+  int y_, z_;  // where ordinals begin
+  bool fits_;
+};
+
 /// Collects the vertices of a union and sorts them.
 class SolidSink : public VertexSink {
  public:
+  /// The vertices' ordinals are those of `axes`.
+  explicit SolidSink(Axes axes) : axes_(std::move(axes)), code_(axes_) {}
+
   void add(std::span<const Vertex> vertices) override;
-  /// The solid of everything added so far, sorted in parallel; leaves the sink empty. Holds 32 bytes a vertex
-  /// at its peak, the result included. Not while another thread adds.
-  Solid take(Axes axes);
+  /// The solid of everything added, sorted in parallel; leaves the sink empty and without axes. Holds 24
+  /// bytes a vertex at its peak, the result included; 32 where vertices have no codes. Not while another
+  /// thread adds.
+  Solid take();
 
  private:
-  struct Part {
-    Array<Vertex> vertices;
-    std::array<std::uint32_t, 3> bits{};  // that occur in x, y and z
+  struct Part {  // one is empty
+    BlockList<std::uint64_t> codes;
+    BlockList<Vertex> vertices;
   };
+
+  Axes axes_;
+  VertexCode code_;
   PerThread<Part> parts_;
 };
 

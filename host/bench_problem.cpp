@@ -153,10 +153,10 @@ class CellProblem final : public BenchProblem {
   /// What f(sink) gives.
   template <class F>
   CellResult result(F&& f) const {
-    SolidSink vertices;
+    SolidSink vertices(axes_);
     MassSink mass(axes_);
     f(CellSink{&vertices, kind_.sums ? &mass : nullptr, kind_.programs});
-    return {vertices.take(axes_).vertices, mass.result()};
+    return {vertices.take().vertices, mass.result()};
   }
 
   void describe_batch(const CellSink& sink) {

@@ -88,11 +88,10 @@ Solid combine(const Expression& expression, std::span<const BoxSet> sets, const 
   const Job job{expression, sets, options};
   Solid solid;
   run(job, report, [&](Ordinals ordinals, Report& r) {
-    Axes axes = ordinals.axes;
-    SolidSink sink;
+    SolidSink sink(ordinals.axes);
     combine(job, std::move(ordinals), &sink, nullptr, r);
     Stopwatch sort(r);
-    solid = sink.take(std::move(axes));
+    solid = sink.take();
     sort.lap("sort");
   });
   return solid;

@@ -15,15 +15,15 @@ TEST(Solid, TakesBatchesFromAnyThreadAndSortsThem) {
   Array<Vertex> shuffled = sorted;
   std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(1));
 
-  SolidSink sink;
+  const Axis axis = Axis::lattice(0, 0, 200);
+  SolidSink sink({axis, axis, axis});
   parallel_ranges(0, shuffled.size(), 50, [&](std::size_t begin, std::size_t end) {
     sink.add(std::span(shuffled).subspan(begin, end - begin));
   });
-  const Axis axis = Axis::lattice(0, 0, 200);
-  const Solid solid = sink.take({axis, axis, axis});
+  const Solid solid = sink.take();
   EXPECT_EQ(solid.vertices, sorted);
   EXPECT_EQ(solid.axes[2].count(), 200u);
-  EXPECT_TRUE(sink.take({}).vertices.empty());
+  EXPECT_TRUE(sink.take().vertices.empty());
 }
 
 TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
@@ -37,10 +37,11 @@ TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
           vertices[i] = {i, ordinal, ordinal ^ 1u, 1 + i % 7};
         }
         std::shuffle(vertices.begin(), vertices.end(), random);
-        SolidSink sink;
+        const auto axis = [](std::uint64_t most) { return Axis::lattice(0, 0, std::uint32_t(most)); };
+        SolidSink sink({axis(count), axis(widest), axis(widest | 1u)});
         sink.add(vertices);
         std::sort(vertices.begin(), vertices.end());
-        tbb::task_arena(threads).execute([&] { EXPECT_TRUE(sink.take({}).vertices == vertices); });
+        tbb::task_arena(threads).execute([&] { EXPECT_TRUE(sink.take().vertices == vertices); });
       }
 }
 
