@@ -33,6 +33,7 @@ class VertexCode {
  public:
   explicit VertexCode(const Axes& axes);
 
+  /// False if there are no codes; the others are for vertices with ordinals of the axes alone.
   bool fits() const { return fits_; }
   std::uint64_t encode(const Vertex& v) const {
     return std::uint64_t{v.z} << z_ | std::uint64_t{v.y} << y_ | std::uint64_t{v.x} << kMaskBits | v.mask;
@@ -58,8 +59,8 @@ class SolidSink : public VertexSink {
 
   void add(std::span<const Vertex> vertices) override;
   /// The solid of everything added, sorted in parallel; leaves the sink empty and without axes. Holds 24
-  /// bytes a vertex at its peak, the result included; 32 where vertices have no codes. Not while another
-  /// thread adds.
+  /// bytes a vertex at its peak, the result included, and 8 more that the allocator may keep of what is
+  /// freed; 32 where vertices have no codes. Not while another thread adds.
   Solid take();
 
  private:

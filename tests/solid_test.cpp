@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <random>
 
 namespace boxunion {
@@ -24,6 +25,33 @@ TEST(Solid, TakesBatchesFromAnyThreadAndSortsThem) {
   EXPECT_EQ(solid.vertices, sorted);
   EXPECT_EQ(solid.axes[2].count(), 200u);
   EXPECT_TRUE(sink.take().vertices.empty());
+}
+
+TEST(VertexCode, HasRoomFor56BitsOfOrdinals) {
+  const auto code = [](std::array<std::uint32_t, 3> most) {
+    return VertexCode(
+        {Axis::lattice(0, 0, most[0]), Axis::lattice(0, 0, most[1]), Axis::lattice(0, 0, most[2])});
+  };
+  constexpr std::uint32_t k19 = (1u << 19) - 1, k18 = (1u << 18) - 1;
+  for (const std::array<std::uint32_t, 3>& most : {std::array{k19, k19, k18},
+                                                   {k19, k18, k19},
+                                                   {k18, k19, k19},
+                                                   {0xfffffffeu, 1u, k19},
+                                                   {1u, 1u, 0xfffffffeu}}) {
+    EXPECT_TRUE(code(most).fits());
+    const Vertex first{1, 1, 1, 1}, last{most[0], most[1], most[2], 254};
+    EXPECT_EQ(code(most).decode(code(most).encode(first)), first);
+    EXPECT_EQ(code(most).decode(code(most).encode(last)), last);
+    EXPECT_LT(code(most).encode(first), code(most).encode(last));
+  }
+  for (const unsigned a : {0u, 1u, 2u}) {
+    std::array<std::uint32_t, 3> most{k19, k19, k19};
+    EXPECT_FALSE(code(most).fits());
+    most[a] = k18;
+    EXPECT_TRUE(code(most).fits());
+    most[a] = k18 + 1;
+    EXPECT_FALSE(code(most).fits());
+  }
 }
 
 TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
