@@ -9,7 +9,6 @@
 namespace boxunion::detail {
 namespace {
 
-constexpr std::size_t kHugePage = std::size_t{1} << 21;
 constexpr std::size_t kLeastPages = kHugePage / 2;  // what takes so many bytes takes whole huge pages
 constexpr std::size_t kMostKept = 16 * kHugePage;  // what takes more goes back to the system when it is freed
 

@@ -32,6 +32,9 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
   }
 }
 
+/// Bytes of a huge page of the system.
+inline constexpr std::size_t kHugePage = std::size_t{1} << 21;
+
 namespace detail {
 /// Memory for large arrays and back; see ArrayAllocator. Throws std::bad_alloc.
 void* allocate_array(std::size_t bytes);
@@ -100,7 +103,7 @@ class BlockList {
 
  private:
   static constexpr std::size_t kFewest = 1024;
-  static constexpr std::size_t kMost = (std::size_t{1} << 21) / sizeof(T);
+  static constexpr std::size_t kMost = kHugePage / sizeof(T);
 
   std::vector<Array<T>> blocks_;
 };
