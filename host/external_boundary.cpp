@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -172,8 +173,7 @@ class BoundaryRun {
   }
 
   /// Gives all vertices to f(span) in the order of the planes along an axis.
-  template <class F>
-  void each_block(int axis, F&& f) {
+  void each_block(int axis, const std::function<void(std::span<const Numbered>)>& f) {
     const std::uint64_t bytes = solid_.bytes() / 8;
     const auto use = [&](std::span<const Numbered> block) {
       f(block);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <tuple>
@@ -80,6 +81,7 @@ class Decomposer {
  private:
   using Corner = OrderedPoint<3, C>;
   using Corners = SortedRuns<Corner>;
+  using AddBox = std::function<void(const Corner& lo, const Corner& hi)>;
   using Record = BoxRecord<C>;
   using Face = FaceRecord<C>;
   using Faces = SortedRuns<Face>;
@@ -98,10 +100,10 @@ class Decomposer {
   }
 
   /// Gives all records to f(span) in order.
-  template <class Runs, class F>
-  void each_block(Runs& runs, std::uint64_t bytes, F&& f) {
+  template <class T, class F>
+  void each_block(SortedRuns<T>& runs, std::uint64_t bytes, F&& f) {
     solid_.begin_pass(runs.count());
-    runs.merge(bytes, [&](const auto& block) {
+    runs.merge(bytes, [&](std::span<const T> block) {
       f(block);
       solid_.advance(block.size());
     });
@@ -136,16 +138,15 @@ class Decomposer {
     return best;
   }
 
-  /// Calls add(low corner, high corner) for every box: of the OUDB in order, of the CUDB as they end.
-  template <class Add>
-  void sweep(Corners& points, const AxisOrder& order, Add&& add) {
+  /// Calls `add` for every box: of the OUDB in order, of the CUDB as they end.
+  void sweep(Corners& points, const AxisOrder& order, const AddBox& add) {
     if (model_ == BoxModel::oudb)
       sweep(OudbSweep<C>(), points, order, add);
     else
       sweep(CudbSweep<C>(), points, order, add);
   }
-  template <class Sweep, class Add>
-  void sweep(Sweep sweep, Corners& points, const AxisOrder& order, Add& add) {
+  template <class Sweep>
+  void sweep(Sweep sweep, Corners& points, const AxisOrder& order, const AddBox& add) {
     constexpr std::uint64_t kVertexBytes = sizeof(OrderedPoint<2, C>) + Sweep::kVertexBytes;
     const std::uint64_t half = solid_.bytes() / 2;
     ExtremeVertices<2, C> plane;

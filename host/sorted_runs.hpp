@@ -35,8 +35,7 @@ class SortedRuns {
   void finish();
   /// Finishes, and gives all records to f(span) in order, block by block, with at most about `bytes` of
   /// memory; again, if wanted.
-  template <class F>
-  void merge(std::uint64_t bytes, F&& f);
+  void merge(std::uint64_t bytes, const std::function<void(std::span<const T>)>& f);
 
  private:
   static constexpr std::uint64_t kLeastBuffer = 1 << 10, kMostBlock = 1 << 16;  // records
@@ -125,8 +124,7 @@ void SortedRuns<T, Less>::finish() {
 }
 
 template <class T, class Less>
-template <class F>
-void SortedRuns<T, Less>::merge(std::uint64_t bytes, F&& f) {
+void SortedRuns<T, Less>::merge(std::uint64_t bytes, const std::function<void(std::span<const T>)>& f) {
   finish();
   const std::uint64_t block =
       std::clamp<std::uint64_t>(bytes / ((runs_.size() + 1) * sizeof(T)), 16, kMostBlock);
@@ -149,14 +147,14 @@ void SortedRuns<T, Less>::merge(std::uint64_t bytes, F&& f) {
     do {
       merged.push_back(readers[run].front());
       if (merged.size() == block) {
-        f(std::span<const T>(merged));
+        f(merged);
         merged.clear();
       }
       readers[run].pop();
     } while (!readers[run].is_done() && (heads.empty() || !later(run, heads.top())));
     if (!readers[run].is_done()) heads.push(run);
   }
-  f(std::span<const T>(merged));
+  f(merged);
 }
 
 }  // namespace boxunion
