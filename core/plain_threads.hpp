@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <exception>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -40,14 +42,64 @@ auto isolate(const F& f) {
 }
 }  // namespace this_task_arena
 
-/// Three threads share the range in pieces; the first exception comes back.
+/// Two threads that help whoever asks: under the thread sanitizer it takes long to start one.
+class Helpers {
+ public:
+  static Helpers& get() {
+    static Helpers helpers;
+    return helpers;
+  }
+
+  /// Calls `work`, and lets those of the helpers that have nothing to do meanwhile call it too. `work` throws
+  /// nothing.
+  void run(const std::function<void()>& work) {
+    Offer offer{&work};
+    {
+      const std::lock_guard lock(mutex_);
+      offers_.push_back(&offer);
+    }
+    offered_.notify_all();
+    work();
+    std::unique_lock lock(mutex_);
+    std::erase(offers_, &offer);
+    done_.wait(lock, [&] { return offer.helpers == 0; });
+  }
+
+ private:
+  struct Offer {
+    const std::function<void()>* work;
+    int helpers = 0;
+  };
+
+  void help(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (offered_.wait(lock, stop, [&] { return !offers_.empty(); })) {
+      Offer& offer = *offers_.back();
+      ++offer.helpers;
+      lock.unlock();
+      (*offer.work)();
+      lock.lock();
+      // Whoever returns from the work has seen that nothing is left of it.
+      std::erase(offers_, &offer);
+      if (--offer.helpers == 0) done_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any offered_, done_;
+  std::vector<Offer*> offers_;
+  std::jthread first_{[this](const std::stop_token& stop) { help(stop); }};
+  std::jthread second_{[this](const std::stop_token& stop) { help(stop); }};
+};
+
+/// The caller and its helpers share the range in pieces; the first exception comes back.
 template <class T, class F>
 void parallel_for(const blocked_range<T>& range, const F& f) {
   std::atomic<T> next = range.begin();
   std::mutex mutex;
   std::exception_ptr error;
   const T piece = std::max(range.grain(), (range.end() - range.begin()) / 16 + 1);
-  const auto work = [&] {
+  Helpers::get().run([&] {
     try {
       for (T begin; (begin = next.fetch_add(piece)) < range.end();)
         f(blocked_range<T>(begin, std::min(begin + piece, range.end()), range.grain()));
@@ -56,11 +108,7 @@ void parallel_for(const blocked_range<T>& range, const F& f) {
       const std::lock_guard lock(mutex);
       if (!error) error = std::current_exception();
     }
-  };
-  {
-    const std::jthread second(work), third(work);
-    work();
-  }
+  });
   if (error) std::rethrow_exception(error);
 }
 
