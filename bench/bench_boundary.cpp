@@ -1,9 +1,6 @@
 // Times the way from boxes in memory to a B-rep and to a watertight triangle mesh, natively, over the peers'
 // input: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
 // Prints a Markdown table; times are medians, in seconds.
-//
-//   bench_boundary [RUNS [COUNT...]] [--json FILE]    default: 5 runs of 1000, 10000, 100000 and (sparse
-//   ones) 1000000 cubes
 
 #include <fmt/format.h>
 
@@ -55,13 +52,18 @@ bool is_right(const Mesh& mesh, const MassProperties& mass) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  Tables tables(argc, argv);
-  const auto& arguments = tables.arguments();
-  const int runs = arguments.empty() ? 5 : std::stoi(arguments[0]);
-  std::vector<std::size_t> counts;
-  for (std::size_t i = 1; i < arguments.size(); ++i) counts.push_back(std::stoul(arguments[i]));
-  if (counts.empty()) counts = {1000, 10'000, 100'000, kSparseOnly};
+int main(int argc, char** argv) try {
+  CLI::App app("Times the way from boxes in memory to a B-rep and to a watertight triangle mesh.");
+  Tables tables(app);
+  int runs = 5;
+  std::vector<std::size_t> counts = {1000, 10'000, 100'000, kSparseOnly};
+  app.add_option("runs", runs, "Runs of which the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("cubes", counts, "Numbers of cubes; from 1000000 on only sparse ones")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100'000'000}))
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
 
   tables.begin("boundary", {"cubes", "volumes", "vertices", "faces", "triangles", "sort", "union", "brep",
                             "mesh", "split_mesh"});
@@ -95,4 +97,7 @@ int main(int argc, char** argv) {
     }
   tables.write();
   return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "{}\n", e.what());
+  return 1;
 }

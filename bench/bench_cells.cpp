@@ -1,9 +1,5 @@
-// The ratios by which the method cells is judged, each against a rival or against itself in the same run:
-//
-//   bench_cells [RUNS=5] [SECTION...] [--json FILE]
-//
-// Sections: sort scaling density threads devices kernels; all by default. Every result is checked before it
-// is timed. Prints Markdown tables; times are medians, in seconds.
+// The ratios by which the method cells is judged, each against a rival or against itself in the same run.
+// Every result is checked before it is timed. Prints Markdown tables; times are medians, in seconds.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -190,20 +186,26 @@ void kernels(Tables& tables) {
 }  // namespace
 }  // namespace boxunion
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace boxunion;
   const std::pair<std::string, std::function<void(Tables&)>> sections[] = {
       {"sort", against_sort}, {"scaling", scaling},   {"density", density},
       {"threads", threads},   {"devices", by_device}, {"kernels", kernels}};
-  Tables tables(argc, argv);
-  std::set<std::string> wanted;
-  for (const std::string& argument : tables.arguments()) {
-    if (const int n = std::atoi(argument.c_str()); n > 0)
-      runs = n;
-    else
-      wanted.insert(argument);
-  }
+  CLI::App app("Measures the ratios by which the method cells is judged.");
+  Tables tables(app);
+  std::set<std::string> names, wanted;
+  for (const auto& [name, run] : sections) names.insert(name);
+  app.add_option("runs", runs, "Runs of which the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("sections", wanted, "What to measure; all by default")->check(CLI::IsMember(names));
+  CLI11_PARSE(app, argc, argv);
+
   for (const auto& [name, run] : sections)
     if (wanted.empty() || wanted.contains(name)) run(tables);
   tables.write();
+  return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "{}\n", e.what());
+  return 1;
 }

@@ -2,8 +2,6 @@
 // models, seconds of the conversions and of labelling, each as XYZ, with their figures beside. Conversions to
 // boxes include the neighbour lists, as theirs do. Every result is checked before it is timed. Prints
 // Markdown; times are medians.
-//
-//   bench_decomposition [RUNS] [--json FILE]    default: 5
 
 #include <fmt/format.h>
 
@@ -145,10 +143,15 @@ void run(const std::string& name, const Volume& volume, const Published& publish
 }  // namespace
 }  // namespace boxunion
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace boxunion;
-  Tables tables(argc, argv);
-  const int runs = tables.arguments().empty() ? 5 : std::stoi(tables.arguments()[0]);
+  CLI::App app("Reruns tables 1 and 2 of CUDB on generated volumes of the sizes of theirs.");
+  Tables tables(app);
+  int runs = 5;
+  app.add_option("runs", runs, "Runs of which the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
   run("Phantom", generate_phantom({500, 500, 500}),
       {57'111, 787'349, 23'156, 24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001}, runs, tables);
   run("Aneurysm", generate_porous({213, 215, 240}, {.pores = 0.995, .feature = 7}, 1),
@@ -158,4 +161,7 @@ int main(int argc, char** argv) {
       tables);
   tables.write();
   return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "{}\n", e.what());
+  return 1;
 }

@@ -1,9 +1,6 @@
 // The experiment of López Monterde et al., figures 6 and 7: seconds to the B-rep of random sets of boxes, by
 // their number and density. Prints a Markdown table; times are medians over the sets.
 //
-//   bench_papers [SETS=20] [COUNT...] [--json FILE]    default: 10 to 2000 boxes
-//   bench_papers boxes COUNT LENGTH SEED FILE          writes one set, for others to compute
-//
 // Density is theirs: (n r / 2 - n^2) / (n^3 - n^2) for n boxes and r rectangles in all slices together. Where
 // a slice is taken after each of the 2 n faces normal to z, that is the mean number of rectangles a slice,
 // from 1 (0) to n (1). Random boxes have random ends on each axis, which gives about 1/3; sparser ones have a
@@ -99,17 +96,36 @@ void run(std::size_t sets, const std::vector<std::size_t>& counts, Tables& table
 
 int main(int argc, char** argv) try {
   using namespace boxunion;
-  Tables tables(argc, argv);
-  const std::vector<std::string>& words = tables.arguments();
-  if (!words.empty() && words[0] == "boxes") {
-    write_boxes(random_boxes(std::stoul(words.at(1)), std::stod(words.at(2)), std::stoul(words.at(3))),
-                open_output(words.at(4)));
+  CLI::App app("Times the way to the B-rep of random sets of boxes, by their number and density.");
+  Tables tables(app);
+  std::size_t sets = 20;
+  std::vector<std::size_t> counts = {10, 20, 50, 100, 200, 500, 1000, 2000};
+  app.add_option("sets", sets, "Sets of which the median counts")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
+      ->capture_default_str();
+  app.add_option("boxes", counts, "Numbers of boxes")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
+      ->capture_default_str();
+
+  std::size_t count = 0, seed = 0;
+  double length = kRandomEnds;
+  std::string path;
+  CLI::App* const one = app.add_subcommand("boxes", "Write one set, for others to compute");
+  one->add_option("count", count, "Number of boxes")
+      ->required()
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}));
+  one->add_option("length", length, "Along z, in universes; 1: random ends")
+      ->required()
+      ->check(CLI::Range(0., 1.));
+  one->add_option("seed", seed)->required();
+  one->add_option("file", path)->required();
+  CLI11_PARSE(app, argc, argv);
+
+  if (*one) {
+    write_boxes(random_boxes(count, length, seed), open_output(path));
     return 0;
   }
-  std::vector<std::size_t> counts;
-  for (std::size_t i = 1; i < words.size(); ++i) counts.push_back(std::stoul(words[i]));
-  if (counts.empty()) counts = {10, 20, 50, 100, 200, 500, 1000, 2000};
-  run(words.empty() ? 20 : std::stoul(words[0]), counts, tables);
+  run(sets, counts, tables);
   tables.write();
   return 0;
 } catch (const std::exception& e) {

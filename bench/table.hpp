@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,17 +18,12 @@ namespace boxunion {
 /// table, each an object by the names of the columns.
 class Tables {
  public:
-  /// Takes `--json FILE` out of the arguments of a program.
-  Tables(int argc, char** argv) {
-    for (int i = 1; i < argc; ++i) {
-      if (std::string(argv[i]) == "--json" && i + 1 < argc)
-        path_ = argv[++i];
-      else
-        arguments_.emplace_back(argv[i]);
-    }
+  /// Declares `--json FILE`.
+  explicit Tables(CLI::App& app) {
+    app.add_option("--json", path_, "Also write the tables to FILE")->type_name("FILE");
   }
-  /// The other arguments.
-  const std::vector<std::string>& arguments() const { return arguments_; }
+  Tables(const Tables&) = delete;
+  Tables& operator=(const Tables&) = delete;
 
   /// Begins a table, or goes on with the last one.
   void begin(const std::string& name, std::vector<std::string> columns) {
@@ -65,7 +61,7 @@ class Tables {
   }
 
   std::string path_, name_;
-  std::vector<std::string> arguments_, columns_;
+  std::vector<std::string> columns_;
   nlohmann::ordered_json tables_ = nlohmann::ordered_json::object();
 };
 

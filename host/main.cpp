@@ -359,7 +359,7 @@ class CommandLine {
         });
     sub->add_option(model_name, common_.volume.model,
                     "Of a .vox file: only this model, counted from 1 (default: all, as the scene has them)")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1u, std::numeric_limits<std::uint32_t>::max()));
   }
 
   CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
