@@ -7,11 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "bench/program.hpp"
 #include "bench/sorting.hpp"
-#include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/brep.hpp"
 #include "core/generate.hpp"
@@ -50,24 +51,10 @@ bool is_right(const Mesh& mesh, const MassProperties& mass) {
   return sides == opposite && std::abs(double(six_volumes) / 6 - mass.volume) <= 1e-12 * mass.volume;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
-  CLI::App app("Times the way from boxes in memory to a B-rep and to a watertight triangle mesh.");
-  Tables tables(app);
-  int runs = 5;
-  std::vector<std::size_t> counts = {1000, 10'000, 100'000, kSparseOnly};
-  app.add_option("runs", runs, "Runs of which the median counts")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  app.add_option("cubes", counts, "Numbers of cubes; from 1000000 on only sparse ones")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{100'000'000}))
-      ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-
+void run(const Request& request, Tables& tables) {
   tables.begin("boundary", {"cubes", "volumes", "vertices", "faces", "triangles", "sort", "union", "brep",
                             "mesh", "split_mesh"});
-  for (const std::size_t count : counts)
+  for (const std::size_t count : request.counts)
     for (const double volumes : {0.015, 0.5, 3.0}) {
       if (count >= kSparseOnly && volumes > 0.015) continue;
       const BoxSet boxes = cubes(count, volumes);
@@ -80,12 +67,10 @@ int main(int argc, char** argv) try {
         triangles = mesh.triangles.size();
         return is_right(mesh, mass);
       };
-      if (!is_right_kept() || !is_right(make_mesh(solid, NonManifold::split), mass)) {
-        fmt::print("{} cubes of volume {}: wrong mesh\n", count, volumes);
-        return 1;
-      }
+      if (!is_right_kept() || !is_right(make_mesh(solid, NonManifold::split), mass))
+        throw std::runtime_error(fmt::format("{} cubes of volume {}: wrong mesh", count, volumes));
       std::array<std::vector<double>, 5> times;
-      for (int r = 0; r < runs; ++r) {  // in turn, so that all see the same machine
+      for (int r = 0; r < request.runs; ++r) {  // in turn, so that all see the same machine
         times[0].push_back(seconds_to_sort(boxes));
         times[1].push_back(seconds_of([&] { unite(boxes, kOptions); }));
         times[2].push_back(seconds_of([&] { make_brep(unite(boxes, kOptions), NonManifold::keep); }));
@@ -95,9 +80,14 @@ int main(int argc, char** argv) try {
       tables.add(count, volumes, solid.vertices.size(), faces, triangles, median(times[0]), median(times[1]),
                  median(times[2]), median(times[3]), median(times[4]));
     }
-  tables.write();
-  return 0;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "{}\n", e.what());
-  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_benchmark(
+      argc, argv,
+      "Times the way from boxes in memory to a B-rep and to a watertight triangle mesh: all densities up "
+      "to 100000 cubes, sparse ones beyond.",
+      {.counts = {1000, 10'000, 100'000, kSparseOnly}, .sections = {}}, run);
 }

@@ -6,13 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
-#include <set>
+#include <stdexcept>
 #include <string>
 
+#include "bench/program.hpp"
 #include "bench/sorting.hpp"
-#include "bench/table.hpp"
 #include "bench/timing.hpp"
 #include "core/generate.hpp"
 #include "host/engine.hpp"
@@ -46,9 +45,8 @@ void check_volume(const MassProperties& mass, std::uint64_t count, std::int64_t 
   const double slack =
       0.02 * expected + 6 * std::sqrt(v) * expected;  // boxes stay inside: borders are thinner
   if (std::abs(mass.volume / universe - expected) > slack + 3 * double(edge) / 32768 * expected) {
-    fmt::print(stderr, "wrong volume {} for {} cubes of edge {}, expected about {}\n", mass.volume / universe,
-               count, edge, expected);
-    std::exit(1);
+    throw std::runtime_error(fmt::format("wrong volume {} for {} cubes of edge {}, expected about {}",
+                                         mass.volume / universe, count, edge, expected));
   }
 }
 
@@ -65,10 +63,7 @@ Times time_measure(const BoxSet& boxes, const Options& options, const MassProper
     for (double turn = 0; turn < kTurn; turn += calls.back())
       calls.push_back(seconds_of([&] { mass = measure(boxes, options); }));
     const double cpu_of_call = (cpu_seconds() - start) / double(calls.size());
-    if (mass != expected) {
-      fmt::print(stderr, "{} disagrees with native\n", options.device);
-      std::exit(1);
-    }
+    if (mass != expected) throw std::runtime_error(options.device + " disagrees with native");
     if (r == 0) continue;
     wall.push_back(median(std::move(calls)));
     cpu.push_back(cpu_of_call);
@@ -186,26 +181,19 @@ void kernels(Tables& tables) {
 }  // namespace
 }  // namespace boxunion
 
-int main(int argc, char** argv) try {
+int main(int argc, char** argv) {
   using namespace boxunion;
   const std::pair<std::string, std::function<void(Tables&)>> sections[] = {
       {"sort", against_sort}, {"scaling", scaling},   {"density", density},
       {"threads", threads},   {"devices", by_device}, {"kernels", kernels}};
-  CLI::App app("Measures the ratios by which the method cells is judged.");
-  Tables tables(app);
-  std::set<std::string> names, wanted;
-  for (const auto& [name, run] : sections) names.insert(name);
-  app.add_option("runs", runs, "Runs of which the median counts")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  app.add_option("sections", wanted, "What to measure; all by default")->check(CLI::IsMember(names));
-  CLI11_PARSE(app, argc, argv);
-
-  for (const auto& [name, run] : sections)
-    if (wanted.empty() || wanted.contains(name)) run(tables);
-  tables.write();
-  return 0;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "{}\n", e.what());
-  return 1;
+  Request all;
+  for (const auto& [name, section] : sections) all.sections.push_back(name);
+  return run_benchmark(
+      argc, argv, "Measures the ratios by which the method cells is judged.", all,
+      [&](const Request& request, Tables& tables) {
+        runs = request.runs;
+        for (const auto& [name, section] : sections)
+          if (std::find(request.sections.begin(), request.sections.end(), name) != request.sections.end())
+            section(tables);
+      });
 }

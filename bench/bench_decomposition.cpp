@@ -3,14 +3,12 @@
 // boxes include the neighbour lists, as theirs do. Every result is checked before it is timed. Prints
 // Markdown; times are medians.
 
-#include <fmt/format.h>
-
-#include <cstdlib>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "bench/table.hpp"
+#include "bench/program.hpp"
 #include "bench/timing.hpp"
 #include "core/adjacency.hpp"
 #include "core/components.hpp"
@@ -77,8 +75,7 @@ class TwoPassLabels {
 };
 
 [[noreturn]] void fail(const std::string& what) {
-  fmt::print("wrong: {}\n", what);
-  std::exit(1);
+  throw std::runtime_error("wrong: " + what);
 }
 
 void run(const std::string& name, const Volume& volume, const Published& published, int runs,
@@ -140,28 +137,22 @@ void run(const std::string& name, const Volume& volume, const Published& publish
              cudb.label_in_two_passes / cudb.label);
 }
 
+void run_all(const Request& request, Tables& tables) {
+  run("Phantom", generate_phantom({500, 500, 500}),
+      {57'111, 787'349, 23'156, 24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001}, request.runs, tables);
+  run("Aneurysm", generate_porous({213, 215, 240}, {.pores = 0.995, .feature = 7}, 1),
+      {666'501, 404'117, 275'347, 12'825, 10'705, 0.351, 0.429, 0.189, 0.139, 0.050, 0.012}, request.runs,
+      tables);
+  run("Stone", generate_porous({159, 271, 179}, {.pores = 0.885, .feature = 5}, 1),
+      {6'739'767, 4'767'472, 2'837'183, 161'751, 124'717, 4.280, 13.233, 2.163, 1.953, 2.004, 0.162},
+      request.runs, tables);
+}
+
 }  // namespace
 }  // namespace boxunion
 
-int main(int argc, char** argv) try {
+int main(int argc, char** argv) {
   using namespace boxunion;
-  CLI::App app("Reruns tables 1 and 2 of CUDB on generated volumes of the sizes of theirs.");
-  Tables tables(app);
-  int runs = 5;
-  app.add_option("runs", runs, "Runs of which the median counts")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  run("Phantom", generate_phantom({500, 500, 500}),
-      {57'111, 787'349, 23'156, 24'851, 954, 0.182, 0.163, 0.205, 0.012, 0.088, 0.001}, runs, tables);
-  run("Aneurysm", generate_porous({213, 215, 240}, {.pores = 0.995, .feature = 7}, 1),
-      {666'501, 404'117, 275'347, 12'825, 10'705, 0.351, 0.429, 0.189, 0.139, 0.050, 0.012}, runs, tables);
-  run("Stone", generate_porous({159, 271, 179}, {.pores = 0.885, .feature = 5}, 1),
-      {6'739'767, 4'767'472, 2'837'183, 161'751, 124'717, 4.280, 13.233, 2.163, 1.953, 2.004, 0.162}, runs,
-      tables);
-  tables.write();
-  return 0;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "{}\n", e.what());
-  return 1;
+  return run_benchmark(
+      argc, argv, "Reruns tables 1 and 2 of CUDB on generated volumes of the sizes of theirs.", {}, run_all);
 }

@@ -13,11 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "bench/table.hpp"
+#include "bench/program.hpp"
 #include "bench/timing.hpp"
 #include "core/brep.hpp"
 #include "host/engine.hpp"
-#include "host/files.hpp"
 
 namespace boxunion {
 namespace {
@@ -27,8 +26,8 @@ constexpr double kRandomEnds = 1;                              // stands for a l
 constexpr double kLengths[] = {0.01, 0.05, 0.2, kRandomEnds};  // in universes
 
 /// Boxes with random ends on x and y, and on z ends `length` universes apart.
-std::vector<IntegerBox> random_boxes(std::size_t count, double length, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
+std::vector<IntegerBox> random_boxes(std::size_t count, double length, int seed) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed));
   const auto below = [&](int end) { return int(random() % std::uint64_t(end)); };
   std::vector<IntegerBox> boxes(count);
   for (IntegerBox& box : boxes)
@@ -70,12 +69,12 @@ double seconds_by(Method method, const BoxSet& boxes, std::size_t& vertices) {
   });
 }
 
-void run(std::size_t sets, const std::vector<std::size_t>& counts, Tables& tables) {
+void run(const Request& request, Tables& tables) {
   tables.begin("boxes", {"length", "boxes", "sets", "density", "vertices", "cells", "slices"});
   for (const double length : kLengths)
-    for (const std::size_t count : counts) {
+    for (const std::size_t count : request.counts) {
       std::vector<double> densities, vertices, cells, slices;
-      for (std::size_t set = 0; set < sets; ++set) {
+      for (int set = 0; set < request.runs; ++set) {
         const std::vector<IntegerBox> boxes = random_boxes(count, length, set);
         std::size_t of_cells = 0, of_slices = 0;
         cells.push_back(seconds_by(Method::cells, boxes, of_cells));
@@ -86,7 +85,7 @@ void run(std::size_t sets, const std::vector<std::size_t>& counts, Tables& table
         densities.push_back(density(boxes));
         vertices.push_back(double(of_cells));
       }
-      tables.add(length, count, sets, median(densities), median(vertices), median(cells),
+      tables.add(length, count, request.runs, median(densities), median(vertices), median(cells),
                  slices.empty() ? std::nan("") : median(slices));
     }
 }
@@ -94,41 +93,8 @@ void run(std::size_t sets, const std::vector<std::size_t>& counts, Tables& table
 }  // namespace
 }  // namespace boxunion
 
-int main(int argc, char** argv) try {
-  using namespace boxunion;
-  CLI::App app("Times the way to the B-rep of random sets of boxes, by their number and density.");
-  Tables tables(app);
-  std::size_t sets = 20;
-  std::vector<std::size_t> counts = {10, 20, 50, 100, 200, 500, 1000, 2000};
-  app.add_option("sets", sets, "Sets of which the median counts")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
-      ->capture_default_str();
-  app.add_option("boxes", counts, "Numbers of boxes")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
-      ->capture_default_str();
-
-  std::size_t count = 0, seed = 0;
-  double length = kRandomEnds;
-  std::string path;
-  CLI::App* const one = app.add_subcommand("boxes", "Write one set, for others to compute");
-  one->add_option("count", count, "Number of boxes")
-      ->required()
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}));
-  one->add_option("length", length, "Along z, in universes; 1: random ends")
-      ->required()
-      ->check(CLI::Range(0., 1.));
-  one->add_option("seed", seed)->required();
-  one->add_option("file", path)->required();
-  CLI11_PARSE(app, argc, argv);
-
-  if (*one) {
-    write_boxes(random_boxes(count, length, seed), open_output(path));
-    return 0;
-  }
-  run(sets, counts, tables);
-  tables.write();
-  return 0;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "{}\n", e.what());
-  return 1;
+int main(int argc, char** argv) {
+  return boxunion::run_benchmark(
+      argc, argv, "Times the way to the B-rep of random sets of boxes, by their number and density.",
+      {.runs = 20, .counts = {10, 20, 50, 100, 200, 500, 1000, 2000}, .sections = {}}, boxunion::run);
 }
