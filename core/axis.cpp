@@ -140,17 +140,17 @@ struct Entry {
   std::uint64_t bits;   // ordered_bits of the coordinate
   std::uint64_t place;  // twice that of the box, plus one for its high corner
 };
-std::uint64_t bits_of(std::uint64_t bits) {
-  return bits;
-}
-std::uint64_t bits_of(const Entry& entry) {
-  return entry.bits;
-}
+/// The key of mere bits and of entries.
+struct BitsOf {
+  std::uint64_t operator()(std::uint64_t bits) const { return bits; }
+  std::uint64_t operator()(const Entry& entry) const { return entry.bits; }
+};
 
 /// The ranks of coordinates (mere bits or entries), sorting them; calls f(entry, ordinal) for each.
 template <class T, class F>
 Axis rank_of(std::span<T> entries, std::span<T> scratch, F&& f) {
-  radix_sort(entries, scratch, [](const T& entry) { return bits_of(entry); });
+  constexpr BitsOf bits_of;
+  radix_sort(entries, scratch, bits_of);
   const auto is_new = [&](std::size_t i) { return i == 0 || bits_of(entries[i - 1]) != bits_of(entries[i]); };
   const Packing distinct(entries.size(), is_new);
   std::vector<double> coordinates(distinct.count());

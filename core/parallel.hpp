@@ -5,16 +5,14 @@
 #include <cstddef>
 #include <functional>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 #include "core/plain_threads.hpp"
 #else
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 #endif
@@ -33,9 +31,7 @@ namespace library = tbb;
 #endif
 
 /// How many threads work at once.
-inline std::size_t thread_count() {
-  return static_cast<std::size_t>(library::this_task_arena::max_concurrency());
-}
+std::size_t thread_count();
 
 /// While it lives, parallel work that its thread starts ends with Error(interrupted) soon after a flag has
 /// become true.
@@ -62,42 +58,54 @@ class Interruptible {
 // Parallel work may start more of it. A thread that waits for what it started does nothing else meanwhile, so
 // that what PerThread gave it stays its own.
 
+namespace detail {
+
+/// The body of a loop, whatever its type, so that loops are compiled once. Refers to the function it is made
+/// of.
+class RangeBody {
+ public:
+  template <class F>
+  explicit RangeBody(F& f)
+      : f_(&f), call_([](const void* function, std::size_t begin, std::size_t end) {
+          (*static_cast<F*>(const_cast<void*>(function)))(begin, end);
+        }) {}
+  void operator()(std::size_t begin, std::size_t end) const { call_(f_, begin, end); }
+
+ private:
+  const void* f_;
+  void (*call_)(const void*, std::size_t, std::size_t);
+};
+
+void run_ranges(std::size_t first, std::size_t last, std::size_t grain, RangeBody body);
+
+}  // namespace detail
+
 /// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
 template <class F>
 void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
-  if (last - first <= grain) {
-    if (first < last) f(first, last);
-    return;
-  }
-  const std::atomic<bool>* const flag = Interruptible::flag();
-  library::this_task_arena::isolate([&] {
-    library::parallel_for(library::blocked_range<std::size_t>(first, last, grain),
-                          [&](const library::blocked_range<std::size_t>& r) {
-                            if (!flag) return f(r.begin(), r.end());
-                            const Interruptible on_this_thread(flag);
-                            const std::size_t piece = 8 * grain;
-                            for (std::size_t begin = r.begin(); begin < r.end(); begin += piece) {
-                              Interruptible::check();
-                              f(begin, std::min(begin + piece, r.end()));
-                            }
-                          });
-  });
+  if (last - first > grain)
+    detail::run_ranges(first, last, grain, detail::RangeBody(f));
+  else if (first < last)
+    f(first, last);
 }
 
-/// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values.
+/// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values,
+/// of which the first one is of what comes first.
 template <class T, class F, class Join>
 T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T identity, F&& f, Join&& join) {
-  const std::atomic<bool>* const flag = Interruptible::flag();
-  return library::this_task_arena::isolate([&] {
-    return library::parallel_reduce(
-        library::blocked_range<std::size_t>(first, last, grain), identity,
-        [&](const library::blocked_range<std::size_t>& r, T value) {
-          const Interruptible on_this_thread(flag);
-          Interruptible::check();
-          return f(r.begin(), r.end(), std::move(value));
-        },
-        join);
+  constexpr std::size_t kMostParts = 64;
+  const std::size_t size = last - first;
+  const std::size_t parts = std::clamp(size / grain, std::size_t{1}, kMostParts);
+  if (size == 0) return identity;
+  std::vector<T> values(parts, identity);
+  parallel_ranges(0, parts, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part)
+      values[part] =
+          f(first + size * part / parts, first + size * (part + 1) / parts, std::move(values[part]));
   });
+  for (std::size_t part = 1; part < parts; ++part)
+    values[0] = join(std::move(values[0]), std::move(values[part]));
+  return std::move(values[0]);
 }
 
 /// Sorts [first, last) in ascending order (not stable).

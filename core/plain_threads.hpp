@@ -112,18 +112,6 @@ void parallel_for(const blocked_range<T>& range, const F& f) {
   if (error) std::rethrow_exception(error);
 }
 
-template <class Range, class T, class F, class Join>
-T parallel_reduce(const Range& range, const T& identity, const F& f, const Join& join) {
-  std::mutex mutex;
-  T sum = identity;
-  parallel_for(range, [&](const Range& part) {
-    const T value = f(part, identity);
-    const std::lock_guard lock(mutex);
-    sum = join(sum, value);
-  });
-  return sum;
-}
-
 template <class Iterator, class Less>
 void parallel_sort(Iterator first, Iterator last, Less less) {
   std::sort(first, last, less);
