@@ -106,9 +106,9 @@ BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
 }
 
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
-                       std::span<const FileFormat> expected) {
+                       std::span<const FileFormat> expected, OutputGroup* group) {
   file_format(path, expected);
-  return OutputFile(path, interrupted);
+  return OutputFile(path, interrupted, group);
 }
 
 template <class T>

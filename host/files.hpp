@@ -73,7 +73,7 @@ BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted 
 /// Opens an output file of an expected format (see file_format and OutputFile), before the work that fills
 /// it.
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
-                       std::span<const FileFormat> expected = kBoxFormats);
+                       std::span<const FileFormat> expected = kBoxFormats, OutputGroup* group = nullptr);
 
 /// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
 /// decimals that read back to the same numbers; NPY is a little-endian (n, 6) array of float64 or int32.

@@ -6,22 +6,44 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
+
+#include "host/pending_file.hpp"
 
 namespace boxunion {
 
-/// A file that appears under its name only when it is complete: it is written under a temporary name in the
-/// same folder, and removed again if anything fails before commit().
+/// Output files that get their names together, when all of them are complete and all else has succeeded. It
+/// outlives those that are opened in it.
+class OutputGroup {
+ public:
+  OutputGroup() = default;
+  OutputGroup(const OutputGroup&) = delete;
+  OutputGroup& operator=(const OutputGroup&) = delete;
+
+  /// Gives the files that were committed their names.
+  void publish();
+
+ private:
+  friend class OutputFile;
+  /// Throws Error(usage) if a file of the group is to have the same name.
+  void enter(const PendingFile& file);
+
+  std::vector<std::pair<std::string, PendingFile::Target>> entered_;  ///< with their paths
+  std::vector<PendingFile> committed_;
+};
+
+/// A file that appears under its name only when it is complete: see PendingFile.
 class OutputFile {
  public:
-  /// Opens the temporary file, so that a missing or read-only folder is found before any heavy work. Where
-  /// `interrupted` becomes true, the next write throws Error(interrupted). Throws Error(input) if the file
-  /// cannot be created, or if `path` names something that is not a regular file.
-  explicit OutputFile(std::string path, const std::atomic<bool>* interrupted = nullptr);
-  OutputFile(OutputFile&& other) noexcept;
-  OutputFile& operator=(OutputFile&&) = delete;
-  ~OutputFile();
+  /// Opens the file, so that a missing or read-only folder is found before any heavy work. Where
+  /// `interrupted` becomes true, the next write throws Error(interrupted). In a group it gets its name when
+  /// that is published. Throws Error(input) if the file cannot be created, or if `path` names something that
+  /// is not a regular file, and Error(usage) if it is another file of the group.
+  explicit OutputFile(std::string path, const std::atomic<bool>* interrupted = nullptr,
+                      OutputGroup* group = nullptr);
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return file_.path(); }
   /// The bytes appended so far.
   std::uint64_t size() const { return written_ + buffer_.size(); }
 
@@ -36,19 +58,19 @@ class OutputFile {
   /// Writes over bytes appended before, from an offset; throws as write does.
   void overwrite(std::uint64_t offset, std::string_view text);
 
-  /// Writes what is left and gives the file its name, in place of any file that had it.
+  /// Writes what is left and gives the file its name, in place of any file that had it, or leaves that to its
+  /// group. Nothing follows.
   void commit();
 
  private:
   void flush();
   void write_at(std::uint64_t offset, std::string_view text);
-  [[noreturn]] void fail(int error_number) const;
 
-  std::string path_, target_, temporary_;
+  PendingFile file_;
   const std::atomic<bool>* interrupted_;
+  OutputGroup* group_;
   std::string buffer_;         ///< appended, not written yet
   std::uint64_t written_ = 0;  ///< bytes before these
-  int file_ = -1;
 };
 
 }  // namespace boxunion

@@ -112,11 +112,11 @@ std::string tuning_path() {
   return {};
 }
 
-OutputFile open_tuning_file(const std::string& path) {
+OutputFile open_tuning_file(const std::string& path, OutputGroup* group) {
   std::error_code ignored;  // OutputFile says what is wrong with the folder
   if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
     std::filesystem::create_directories(folder, ignored);
-  return OutputFile(path);
+  return OutputFile(path, nullptr, group);
 }
 
 Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning) {

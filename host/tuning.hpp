@@ -52,7 +52,7 @@ std::string tuning_path();
 
 /// Opens a tuning file to be written, in a folder that is made if need be, before the work that finds what it
 /// will say. Throws as OutputFile does.
-OutputFile open_tuning_file(const std::string& path);
+OutputFile open_tuning_file(const std::string& path, OutputGroup* group = nullptr);
 
 /// The launch of a kernel: what `tuning` asks for, else what was tuned, else what suits the device.
 Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning);

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -49,6 +51,11 @@ class TemporaryFolder {
   std::string read(std::string_view name) const {
     std::ifstream stream(file(name), std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  /// Has its file system files without a name?
+  bool has_nameless_files() const {
+    const int file = ::open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+    return file >= 0 && ::close(file) == 0;
   }
   std::size_t file_count() const {
     return std::size_t(std::distance(std::filesystem::directory_iterator(path_), {}));
