@@ -171,11 +171,11 @@ void warn_of_rounding(const std::string& output) {
 }  // namespace
 
 BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions& options,
-                               const Common& common)
+                               const Common& common, OutputGroup& outputs)
     : output_(output),
       options_(options),
       common_(common),
-      file_(open_output(output, common.interrupted, kBoundaryFormats)),
+      file_(open_output(output, common.interrupted, kBoundaryFormats, &outputs)),
       format_(file_format(output, kBoundaryFormats)) {}
 
 void BoundaryWriter::write(const Solid& solid, const Options& options, Report& report) {
@@ -263,7 +263,8 @@ VertexCounts write_vertices(ExternalUnion& external, OutputFile out) {
 void boundary_within(const std::string& input, const std::string& output,
                      const BoundaryOptions& boundary_options, const Common& common) {
   ProgressBar bar(common.quiet);
-  OutputFile out = open_output(output, common.interrupted, kBoundaryFormats);
+  OutputGroup outputs;
+  OutputFile out = open_output(output, common.interrupted, kBoundaryFormats, &outputs);
   const FileFormat format = file_format(output, kBoundaryFormats);
   const Options options = engine_options(common, bar);
   Report report;
@@ -293,6 +294,7 @@ void boundary_within(const std::string& input, const std::string& output,
   results.push_back(count_result("slabs", slabs));
   add_report(results, report);
   print_results(results, common.json);
+  outputs.publish();
 }
 
 }  // namespace
@@ -301,7 +303,8 @@ void boundary(const std::string& input, const std::string& output, const Boundar
               const Common& common) {
   if (common.budget) return boundary_within(input, output, boundary_options, common);
   ProgressBar bar(common.quiet);
-  BoundaryWriter writer(output, boundary_options, common);
+  OutputGroup outputs;
+  BoundaryWriter writer(output, boundary_options, common, outputs);
   const Options options = engine_options(common, bar);
   Report report;
   with_threads(common.engine.threads, common.interrupted, [&] {
@@ -314,11 +317,13 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   std::vector<Result> results = writer.results();
   add_report(results, report);
   print_results(results, common.json);
+  outputs.publish();
 }
 
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common) {
   ProgressBar bar(common.quiet);
-  OutputFile file = open_output(output, common.interrupted);
+  OutputGroup outputs;
+  OutputFile file = open_output(output, common.interrupted, kBoxFormats, &outputs);
   with_threads(common.engine.threads, common.interrupted, [&] {
     BoxWriter<std::int32_t> writer(file, generator.count);
     std::uint64_t done = 0;
@@ -331,12 +336,15 @@ void generate(const BoxGenerator& generator, const std::string& output, const Co
   });
   bar.clear();
   print_results({count_result("boxes", generator.count), string_result("output", output)}, common.json);
+  outputs.publish();
 }
 
 void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
                      const Common& common) {
-  OutputFile file = as_voxels ? open_output(output, common.interrupted, kVoxelFormats)
-                              : open_output(output, common.interrupted);
+  OutputGroup outputs;
+  OutputFile file =
+      open_output(output, common.interrupted,
+                  as_voxels ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, &outputs);
   Result count;
   with_threads(common.engine.threads, common.interrupted, [&] {
     const Volume volume = generator();
@@ -350,6 +358,7 @@ void generate_volume(const std::function<Volume()>& generator, bool as_voxels, c
     }
   });
   print_results({count, string_result("output", output)}, common.json);
+  outputs.publish();
 }
 
 void devices(const Common& common) {

@@ -114,9 +114,10 @@ void bench(const BenchOptions& bench_options, const Common& common) {
     if (tuning_file.empty())
       throw Error(ErrorKind::usage, "--tune: no place for the tuning file: name a file");
   }
+  OutputGroup outputs;
   std::optional<OutputFile> json, tuning;
-  if (bench_options.tune) tuning.emplace(open_tuning_file(tuning_file));
-  if (!bench_options.json.empty()) json.emplace(bench_options.json, common.interrupted);
+  if (bench_options.tune) tuning.emplace(open_tuning_file(tuning_file, &outputs));
+  if (!bench_options.json.empty()) json.emplace(bench_options.json, common.interrupted, &outputs);
 
   std::string last_device;
   const BenchResults results = with_threads(common.engine.threads, common.interrupted, [&] {
@@ -129,6 +130,7 @@ void bench(const BenchOptions& bench_options, const Common& common) {
   });
   if (json) write_bench_json(results, std::move(*json));
   if (tuning) tune(results, options.tuned, tuning_file, std::move(*tuning));
+  outputs.publish();
 }
 
 }  // namespace boxunion::command

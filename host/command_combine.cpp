@@ -86,10 +86,11 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   const Expression expression = Expression::parse(text);
   const std::vector<NamedFile> files = find_files(expression, arguments);
   ProgressBar bar(common.quiet);
+  OutputGroup outputs;
   std::optional<BoundaryWriter> writer;
-  if (!output.empty()) writer.emplace(output, boundary_options, common);
+  if (!output.empty()) writer.emplace(output, boundary_options, common, outputs);
   std::optional<OutputFile> boxes_file;
-  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted));
+  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted, kBoxFormats, &outputs));
   const Options options = engine_options(common, bar);
   Report report;
   std::vector<Result> results{string_result("expression", text)};
@@ -121,6 +122,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   if (!boxes.empty()) results.push_back(string_result("boxes_output", boxes));
   add_report(results, report);
   print_results(results, common.json);
+  outputs.publish();
 }
 
 }  // namespace boxunion::command

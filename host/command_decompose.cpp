@@ -65,8 +65,9 @@ void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, cons
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
                const Common& common) {
   ProgressBar bar(common.quiet);
+  OutputGroup outputs;
   std::optional<OutputFile> file;
-  if (!output.empty()) file.emplace(open_output(output, common.interrupted));
+  if (!output.empty()) file.emplace(open_output(output, common.interrupted, kBoxFormats, &outputs));
   Report report;
   const std::optional<BoxModel> model = box_model(decompose_options.model);
   std::vector<Result> results = {string_result("model", name(decompose_options.model))};
@@ -108,6 +109,7 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   if (slabs) results.push_back(count_result("slabs", *slabs));
   add_report(results, report);
   print_results(results, common.json);
+  outputs.publish();
 }
 
 }  // namespace boxunion::command

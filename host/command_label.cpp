@@ -21,10 +21,10 @@ namespace {
 struct LabelFiles {
   std::optional<OutputFile> labels, components;
   LabelFiles(const std::string& output, std::span<const FileFormat> formats,
-             const LabelOptions& label_options, const Common& common) {
-    if (!output.empty()) labels.emplace(open_output(output, common.interrupted, formats));
+             const LabelOptions& label_options, const Common& common, OutputGroup& outputs) {
+    if (!output.empty()) labels.emplace(open_output(output, common.interrupted, formats, &outputs));
     if (!label_options.components.empty())
-      components.emplace(open_output(label_options.components, common.interrupted));
+      components.emplace(open_output(label_options.components, common.interrupted, kBoxFormats, &outputs));
   }
 };
 
@@ -77,8 +77,9 @@ void label(const std::string& input, const std::string& output, const LabelOptio
            const Common& common) {
   ProgressBar bar(common.quiet);
   const bool volume = is_volume(input);
+  OutputGroup outputs;
   LabelFiles files(output, volume ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, label_options,
-                   common);
+                   common, outputs);
   std::vector<Result> results = with_threads(common.engine.threads, common.interrupted, [&] {
     return volume ? label_voxels_of(input, std::move(files), label_options.connectivity, common)
                   : label_boxes_of(input, std::move(files), label_options.connectivity, common, bar);
@@ -90,6 +91,7 @@ void label(const std::string& input, const std::string& output, const LabelOptio
   add_file("output", output);
   add_file("components_output", label_options.components);
   print_results(results, common.json);
+  outputs.publish();
 }
 
 }  // namespace boxunion::command

@@ -29,7 +29,8 @@ void add_report(std::vector<Result>& results, const Report& report);
 /// Writes boundaries to a file, as vertices or as a mesh. Opens it at once, before the work that fills it.
 class BoundaryWriter {
  public:
-  BoundaryWriter(const std::string& output, const BoundaryOptions& options, const Common& common);
+  BoundaryWriter(const std::string& output, const BoundaryOptions& options, const Common& common,
+                 OutputGroup& outputs);
 
   /// Writes the file; adds to the report what that takes.
   void write(const Solid& solid, const Options& options, Report& report);
