@@ -391,7 +391,7 @@ void devices(const Common& common) {
     out += fmt::format("{:{}}  {}  {:6.1f} GiB  {:{}}  {}\n", d.id, id_width, d.is_cpu ? "CPU" : "GPU",
                        double(d.memory_bytes) / double(1 << 30), d.name, name_width, d.driver);
   for (const DeviceInfo& d : devices) out += text_launches(d, tuned);
-  if (!tuning_file.empty()) out += fmt::format("tuning file: {}\n", tuning_file);
+  if (!tuning_file.empty()) out += fmt::format("tuning file: {}\n", printable(tuning_file));
   for (const std::string& note : notes) out += fmt::format("note: {}\n", note);
   print(out);
 }

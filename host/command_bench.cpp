@@ -54,14 +54,17 @@ std::string case_text(const BenchDevice& device, const BenchCase& c) {
 }
 
 void compare(const std::string& before, const std::string& after) {
-  const std::vector<BenchChange> changes = compare_bench_json(before, after);
+  std::vector<BenchChange> changes = compare_bench_json(before, after);
   std::size_t width = 4;
-  for (const BenchChange& change : changes) width = std::max(width, change.name.size());
+  for (BenchChange& change : changes) {
+    change.name = printable(change.name);
+    width = std::max(width, change.name.size());
+  }
   std::string out =
       fmt::format("{:{}}  {:>9}  {:>9}  {:>8}  {:>6}\n", "case", width, "before", "after", "change", "noise");
   for (const BenchChange& c : changes) {
     if (!c.before || !c.after) {
-      out += fmt::format("{:{}}  only in {}\n", c.name, width, c.before ? before : after);
+      out += fmt::format("{:{}}  only in {}\n", c.name, width, printable(c.before ? before : after));
       continue;
     }
     const double change = c.change(), noise = c.noise();
@@ -91,7 +94,7 @@ void tune(const BenchResults& results, const std::shared_ptr<const TunedLaunches
                        b.gain > 1 ? fmt::format("{:.2f} times as fast as before", b.gain) : "as before");
   }
   launches.write(std::move(file));
-  print(out + fmt::format("tuning file: {}\n", path));
+  print(out + fmt::format("tuning file: {}\n", printable(path)));
 }
 
 }  // namespace

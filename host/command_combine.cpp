@@ -70,7 +70,8 @@ std::vector<Result> set_results(const std::vector<NamedFile>& files, const std::
   for (std::size_t i = 0; i < sets.size(); ++i) {
     json += fmt::format("{}{}: {{\"file\": {}, \"boxes\": {}}}", i ? ", " : "", json_string(files[i].name),
                         json_string(files[i].path), sets[i].size());
-    text += fmt::format("{}{}: {} boxes of {}", i ? "\n" : "", files[i].name, sets[i].size(), files[i].path);
+    text += fmt::format("{}{}: {} boxes of {}", i ? "\n" : "", files[i].name, sets[i].size(),
+                        printable(files[i].path));
     boxes += sets[i].size();
     degenerate += count_degenerate(sets[i]);
   }

@@ -13,19 +13,6 @@
 
 namespace boxunion::command {
 
-std::string json_string(std::string_view text) {
-  std::string json = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\')
-      json += {'\\', c};
-    else if (c >= 0 && c < ' ')
-      json += fmt::format("\\u{:04x}", int(c));
-    else
-      json += c;
-  }
-  return json + '"';
-}
-
 std::string json_number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : "null";
 }
@@ -39,7 +26,7 @@ Result number_result(const std::string& key, double value) {
 }
 
 Result string_result(const std::string& key, const std::string& text) {
-  return {key, json_string(text), text};
+  return {key, json_string(text), printable(text)};
 }
 
 Result seconds_result(const std::vector<std::pair<std::string, double>>& stages) {
@@ -73,15 +60,22 @@ void print_results(const std::vector<Result>& results, bool json) {
   print(out);
 }
 
-void print(std::string_view text) {
-  errno = 0;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw Error(ErrorKind::resources,
-                fmt::format("standard output: cannot write: {}", std::generic_category().message(errno)));
+void print(std::string_view lines) {
+  const std::string shown = printable_lines(lines);
+  for (std::string_view rest = shown; !rest.empty();) {
+    const ::ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+    if (written >= 0)
+      rest.remove_prefix(std::size_t(written));
+    else if (errno == EINTR)  // by one of the signals that ask to stop
+      throw Error(ErrorKind::interrupted, "interrupted");
+    else
+      throw Error(ErrorKind::resources,
+                  fmt::format("standard output: cannot write: {}", std::generic_category().message(errno)));
+  }
 }
 
 void warn(std::string_view text) {
-  std::fputs(fmt::format("boxunion: warning: {}\n", text).c_str(), stderr);
+  std::fputs(fmt::format("boxunion: warning: {}\n", printable(text)).c_str(), stderr);
 }
 
 ProgressBar::ProgressBar(bool quiet) : visible_(!quiet && ::isatty(STDERR_FILENO)) {}

@@ -7,10 +7,9 @@
 #include <utility>
 #include <vector>
 
-namespace boxunion::command {
+#include "host/command_text.hpp"
 
-/// A JSON string.
-std::string json_string(std::string_view text);
+namespace boxunion::command {
 
 /// The shortest decimal that reads back to the same double; null if it is infinite, which JSON cannot say.
 std::string json_number(double value);
@@ -19,7 +18,7 @@ std::string json_number(double value);
 struct Result {
   std::string key;   ///< in the table its underscores are spaces
   std::string json;  ///< a JSON value
-  std::string text;  ///< of the table, of one or more lines
+  std::string text;  ///< of the table, of one or more printable lines
 };
 
 Result count_result(const std::string& key, std::uint64_t count);
@@ -31,10 +30,10 @@ Result seconds_result(const std::vector<std::pair<std::string, double>>& stages)
 /// Prints results to stdout, as one JSON object or as an aligned table.
 void print_results(const std::vector<Result>& results, bool json);
 
-/// Prints to stdout. Throws Error(resources) if that fails.
-void print(std::string_view text);
+/// Prints lines to stdout, printable. Throws Error(resources) if that fails, and Error(interrupted).
+void print(std::string_view lines);
 
-/// Prints a warning to stderr.
+/// Prints a warning to stderr, on one line.
 void warn(std::string_view text);
 
 /// A bar on stderr that shows how far the work is, until it is destroyed; invisible if `quiet` or where

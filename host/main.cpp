@@ -1,5 +1,7 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,9 +10,11 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <limits>
 #include <map>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,11 +22,16 @@
 #include "core/error.hpp"
 #include "core/generate_volume.hpp"
 #include "host/command.hpp"
+#include "host/command_numbers.hpp"
+#include "host/command_output.hpp"
 #include "host/scratch.hpp"
 
 namespace {
 
 using namespace boxunion;
+using command::byte_count;
+using command::finite_number;
+using command::whole_number;
 
 constexpr const char* kExamples = R"(
 Examples:
@@ -41,6 +50,7 @@ Examples:
 Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
 (n, 6) of float64, float32, int32 or int64). Volumes of voxels come as .npy (an array of shape (z, y, x)), .nrrd,
 .nhdr, .mha, .mhd, .tif, .tiff or .vox; each voxel inside is a box.
+Whole numbers may have an exponent (1e6), sizes a unit (512M, 1.5G, 2GiB).
 
 Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
 130 interrupted.)";
@@ -79,31 +89,50 @@ constexpr const char* kBoundaryOutput =
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
 
-/// The first Ctrl-C asks the work to stop and clean up; one that comes more than a second later kills.
+/// The first signal asks the work to stop and clean up; one that comes more than a second later kills.
 /// (timeout(1) sends its signal twice at once.)
-void stop_on_interrupt() {
-  struct sigaction action = {};
-  action.sa_handler = [](int signal) {
-    static std::time_t first = 0;  // in this handler only, and only one signal is handled at a time
-    const std::time_t now = std::time(nullptr);
-    if (interrupted && now > first + 1) {
-      ::signal(signal, SIG_DFL);
-      ::raise(signal);
-    }
-    if (!interrupted) first = now;
-    interrupted = true;
+void stop(int signal) {
+  static std::atomic<std::time_t> first = 0;
+  const std::time_t now = std::time(nullptr);
+  if (interrupted && now > first + 1) {
+    ::signal(signal, SIG_DFL);
+    ::raise(signal);
+  }
+  if (!interrupted) first = now;
+  interrupted = true;
+}
+
+/// Takes the signals that ask to stop, but for those that whoever started this process ignores, as nohup
+/// does.
+void handle_signals() {
+  struct sigaction action = {}, inherited;
+  action.sa_sigaction = [](int signal, siginfo_t* info, void*) {
+    // A write of ours to a closed pipe, or past the limit of a file's size, fails and says more than the
+    // signal.
+    const bool is_by_write = (signal == SIGPIPE || signal == SIGXFSZ) && info->si_pid == ::getpid();
+    if (!is_by_write) stop(signal);
   };
+  action.sa_flags = SA_SIGINFO;
+  constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ};
   sigemptyset(&action.sa_mask);
-  sigaddset(&action.sa_mask, SIGINT);
-  sigaddset(&action.sa_mask, SIGTERM);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : kSignals) sigaddset(&action.sa_mask, signal);
+  for (const int signal : kSignals)
+    if (sigaction(signal, nullptr, &inherited) == 0 && inherited.sa_handler != SIG_IGN)
+      sigaction(signal, &action, nullptr);
+}
+
+/// Opens standard streams that are closed, so that no file gets their numbers; what is read from or written
+/// to them still fails.
+void open_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(stream, F_GETFD) < 0)  // the lowest number that is free is this one
+      if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) != stream)
+        std::_Exit(int(ErrorKind::resources));
 }
 
 /// Says what went wrong, on one line, and returns the exit status.
-int fail(int status, std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  std::fprintf(stderr, "boxunion: error: %s\n", message.c_str());
+int fail(int status, const std::string& message) {
+  std::fprintf(stderr, "boxunion: error: %s\n", command::printable(message).c_str());
   return status;
 }
 int fail(ErrorKind kind, const std::string& message) {
@@ -130,10 +159,8 @@ class CommandLine {
 
   int run(int argc, const char* const* argv) {
     try {
-      app_.parse(argc, argv);
+      parse(argc, argv);
       return 0;
-    } catch (const CLI::Success& help) {
-      return app_.exit(help);
     } catch (const CLI::ParseError& error) {
       return fail(ErrorKind::usage, error.what());
     } catch (const Error& error) {
@@ -148,6 +175,16 @@ class CommandLine {
   }
 
  private:
+  void parse(int argc, const char* const* argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& help) {
+      std::ostringstream text;
+      app_.exit(help, text);
+      command::print(text.str());
+    }
+  }
+
   void add_measure() {
     CLI::App* sub =
         app_.add_subcommand("measure", "Mass properties: volume, area, edge length, centroid, ...");
@@ -229,24 +266,28 @@ class CommandLine {
     sub->require_subcommand(1);
 
     CLI::App* cubes = sub->add_subcommand("cubes", "Cubes of one edge at random integer positions");
-    cubes->add_option("--count", count_, "Number of cubes")->required();
-    cubes->add_option("--edge", edge_, "Edge of the cubes")->required();
+    cubes->add_option("--count", count_, "Number of cubes")->required()->transform(whole_number());
+    cubes->add_option("--edge", edge_, "Edge of the cubes")->required()->transform(length());
     add_random_options(cubes);
     add_generator(cubes, [this] { return generate_cubes(count_, edge_, universe_, seed_); });
 
     CLI::App* boxes = sub->add_subcommand("boxes", "Boxes of random integer edges at random positions");
-    boxes->add_option("--count", count_, "Number of boxes")->required();
-    boxes->add_option("--min-edge", min_edge_, "Shortest edge")->capture_default_str();
-    boxes->add_option("--max-edge", edge_, "Longest edge")->required();
+    boxes->add_option("--count", count_, "Number of boxes")->required()->transform(whole_number());
+    boxes->add_option("--min-edge", min_edge_, "Shortest edge")->capture_default_str()->transform(length());
+    boxes->add_option("--max-edge", edge_, "Longest edge")->required()->transform(length());
     add_random_options(boxes);
     add_generator(boxes, [this] { return generate_boxes(count_, min_edge_, edge_, universe_, seed_); });
 
     CLI::App* checkerboard = sub->add_subcommand("checkerboard", "Every other unit cube of a grid");
-    checkerboard->add_option("--size", size_, "Cubes along an edge of the grid")->required();
+    checkerboard->add_option("--size", size_, "Cubes along an edge of the grid")
+        ->required()
+        ->transform(length());
     add_generator(checkerboard, [this] { return generate_checkerboard(size_); });
 
     CLI::App* sponge = sub->add_subcommand("sponge", "The unit cubes of a Menger sponge");
-    sponge->add_option("--level", level_, "Level: 20^level cubes in a grid of 3^level")->required();
+    sponge->add_option("--level", level_, "Level: 20^level cubes in a grid of 3^level")
+        ->required()
+        ->transform(length());
     add_generator(sponge, [this] { return generate_sponge(level_); });
 
     CLI::App* phantom =
@@ -257,10 +298,12 @@ class CommandLine {
                                            "A volume: a block of random pores (a stone: --size 159 271 179 "
                                            "--porosity 0.4 --feature 7; sparse grains: --porosity 0.98)");
     porous->add_option("--porosity", porosity_.pores, "Fraction of the volume that is pores, 0 to 1")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->transform(finite_number());
     porous->add_option("--feature", porosity_.feature, "Width of pores and walls in voxels, 1 to 255")
-        ->capture_default_str();
-    porous->add_option("--seed", seed_, "Seed of the random numbers")->capture_default_str();
+        ->capture_default_str()
+        ->transform(length());
+    add_seed(porous);
     add_volume_generator(porous, [this] { return generate_porous(volume_size(), porosity_, seed_); });
   }
 
@@ -287,13 +330,13 @@ class CommandLine {
                 "How full the cells are: the cubes' volumes add up to 0.015, 0.5 or 3 times the space "
                 "(default: all)");
     add_list(sub, "--size", cases.sizes, "Cells, about (default: 4096, on GPUs 65536; --quick: 1024)")
-        ->check(CLI::Range(1u, 1u << 20));
+        ->transform(whole_number(1, 1 << 20));
     add_choices(sub, "--shape", cases.shapes, {{"group", Shape::group}, {"item", Shape::item}},
                 "How a kernel shares its work (default: as in use)");
     add_list(sub, "--workgroup", cases.workgroups, "Work-items of a workgroup (default: as in use)")
-        ->check(CLI::Range(1u, 1024u));
+        ->transform(whole_number(1, 1024));
     sub->add_option("--repetitions", cases.repetitions, "Timed runs of a case")
-        ->check(CLI::Range(1u, 100'000u))
+        ->transform(whole_number(1, 100'000))
         ->capture_default_str();
     sub->add_flag("--quick", bench_.quick,
                   "Few cases, small ones and fewer runs, where not asked for otherwise");
@@ -354,12 +397,10 @@ class CommandLine {
   void add_volume_options(CLI::App* sub, const std::string& model_name = "--model") {
     sub->add_option("--threshold", common_.volume.threshold,
                     "Of voxels: those of at least this value are inside (default: those that are not 0)")
-        ->check([](const std::string& text) {
-          return text.find_first_of("nN") == text.npos ? "" : "expected a finite number";
-        });
+        ->transform(finite_number());
     sub->add_option(model_name, common_.volume.model,
                     "Of a .vox file: only this model, counted from 1 (default: all, as the scene has them)")
-        ->check(CLI::Range(1u, std::numeric_limits<std::uint32_t>::max()));
+        ->transform(whole_number(1, std::numeric_limits<std::uint32_t>::max()));
   }
 
   CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
@@ -385,7 +426,7 @@ class CommandLine {
 
   void add_threads(CLI::App* sub) {
     sub->add_option("--threads", common_.engine.threads, "Threads of the host, 0 for one per core")
-        ->check(CLI::Range(0, 4096))
+        ->transform(whole_number(0, 4096))
         ->capture_default_str();
   }
 
@@ -397,7 +438,7 @@ class CommandLine {
                "What computes a cell: occupancy (default) or faces");
     sub->add_option("--cell", common_.engine.tuning.cell,
                     "Edge of a cell in ordinals, rounded up to a power of two; 0: by estimate")
-        ->check(CLI::Range(0u, 1u << 19));
+        ->transform(whole_number(0, 1 << 19));
     sub->add_option("--device", common_.engine.device,
                     "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
         ->capture_default_str();
@@ -409,7 +450,7 @@ class CommandLine {
                                      {{"group", Shape::group}, {"item", Shape::item}},
                                      "How a kernel shares its work: group or item (default: by device)");
     sub->add_option("--workgroup", common_.engine.tuning.workgroup, "Work-items of a workgroup, 0: by device")
-        ->check(CLI::Range(0, 1024));
+        ->transform(whole_number(0, 1024));
   }
 
   void add_memory(CLI::App* sub) {
@@ -419,7 +460,7 @@ class CommandLine {
                "Memory to do with, for example 2G or 512M: boxes that do not fit are cut into slabs on disk; "
                "the result is the same; not for .vox")
             ->type_name("SIZE")
-            ->transform(CLI::AsSizeValue(false));
+            ->transform(byte_count());
     sub->add_option("--scratch", scratch_,
                     "Folder for slabs and what is sorted on disk (default: $TMPDIR or /tmp)")
         ->needs(memory);
@@ -450,8 +491,21 @@ class CommandLine {
   }
 
   void add_random_options(CLI::App* sub) {
-    sub->add_option("--universe", universe_, "Edge of the cube that holds all boxes")->capture_default_str();
-    sub->add_option("--seed", seed_, "Seed of the random numbers")->capture_default_str();
+    sub->add_option("--universe", universe_, "Edge of the cube that holds all boxes")
+        ->capture_default_str()
+        ->transform(length());
+    add_seed(sub);
+  }
+
+  void add_seed(CLI::App* sub) {
+    sub->add_option("--seed", seed_, "Seed of the random numbers")
+        ->capture_default_str()
+        ->transform(whole_number());
+  }
+
+  /// A number of units or voxels; how many make sense is up to what takes it.
+  static CLI::Validator length() {
+    return whole_number(0, std::numeric_limits<std::int32_t>::max()).description("");
   }
 
   template <class MakeGenerator>
@@ -466,7 +520,8 @@ class CommandLine {
   void add_volume_generator(CLI::App* sub, MakeVolume make) {
     sub->add_option("--size", extents_, "Voxels along each axis: one number, or three for x, y and z")
         ->required()
-        ->expected(1, 3);
+        ->expected(1, 3)
+        ->transform(length());
     sub->add_flag("--volume", as_voxels_,
                   "Write the voxels, a .npy of uint8 of shape (z, y, x), not their boxes");
     add_output(sub);
@@ -501,6 +556,7 @@ class CommandLine {
 }  // namespace
 
 int main(int argc, char** argv) {
-  stop_on_interrupt();
+  open_standard_streams();
+  handle_signals();
   return CommandLine().run(argc, argv);
 }

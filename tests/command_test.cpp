@@ -33,7 +33,8 @@ TEST_F(Command, WrongUsageExitsWith2) {
   expect_error("boundary a.csv", 2, "--output is required");
   expect_error("measure a.csv --fast", 2, "The following argument was not expected: --fast");
   expect_error("measure a.csv --method magic", 2, "--method: magic not in {cells,slices}");
-  expect_error("measure a.csv --threads -1", 2, "--threads: Value -1 not in range 0 to 4096");
+  expect_error("measure a.csv --threads -1", 2,
+               "--threads: found \"-1\", expected a whole number from 0 to 4096");
   expect_error("generate cubes --count 1 --edge 0 -o a.csv", 2, "edge is 0, expected 1 to 32768");
   expect_error("generate sponge --level 15 -o a.csv", 2, "level is 15, expected 0 to 14");
   EXPECT_EQ(folder_.file_count(), 0u);
@@ -460,7 +461,7 @@ TEST_F(Command, WrongUsageOfVolumesExitsWith2) {
   folder_.write("a.csv", "0,0,0,1,1,1\n");
   expect_error("measure a.csv --threshold 1", 2, "a.csv: found boxes, but a threshold is for voxels");
   expect_error("measure a.csv --model 1", 2, "a.csv: only .vox files have models to choose");
-  expect_error("measure a.npy --threshold nan", 2, "--threshold: expected a finite number");
+  expect_error("measure a.npy --threshold nan", 2, "--threshold: found \"nan\", expected a finite number");
   expect_error("label a.npy --connectivity 18", 2, "--connectivity: 18 not in {26,6}");
   expect_error("generate porous --size 3 4 -o a.npy", 2, "--size has two numbers, expected one or three");
   expect_error("generate porous --size 3 --porosity 2 -o a.npy", 2, "porosity is 2, expected 0 to 1");
