@@ -34,6 +34,11 @@ inline double lowest_bit(double x) {
 using Pair = double __attribute__((vector_size(16)));
 using Mask = std::int64_t __attribute__((vector_size(16)));
 
+inline Pair absolute(Pair x) {
+  constexpr std::int64_t kWithoutSign = std::numeric_limits<std::int64_t>::max();
+  return Pair(Mask(x) & Mask{kWithoutSign, kWithoutSign});
+}
+
 /// The axes that are lattices for all boxes together; the others have no ordinals yet.
 Axes lattices_of(std::span<const BoxSet> sets) {
   LatticeScan scan;
@@ -211,9 +216,16 @@ void LatticeScan::Extent::join(const Extent& other) {
   unit = std::min(unit, other.unit);
 }
 
-// Blocks are tested against the units found so far: adding and subtracting 1.5 * 2^52 units rounds to a
-// multiple of the unit, so a coordinate that comes back unchanged is one. The few blocks that fail are looked
-// at bit by bit.
+// The unit of an axis is the least of all lowest bits, whatever the order of the boxes. Looking at every bit
+// is slow, so each block is first tested against the units u found so far: if y = |x| equals (y + m) - m for
+// m = 2^52 u, then x is a multiple of u.
+//
+// Proof. y + m >= 2^52 u, and doubles that large are multiples of u, so the rounded sum s is one. s - m is
+// then a multiple of u, and so is its rounded value: below 2^53 u it is exact, above all doubles are
+// multiples of u. (Were x taken with its sign, x + m could fall below 2^52 u, where doubles are multiples of
+// u / 2 only.) Where m or the sum overflows, nothing comes back unchanged.
+//
+// A block that fails the test for any reason is looked at bit by bit, so the test only ever saves time.
 template <unsigned kAxes>
 LatticeScan LatticeScan::scan(const std::array<double, 2 * kAxes>* boxes, std::size_t count) {
   constexpr std::size_t kBlock = 128;
@@ -229,14 +241,15 @@ LatticeScan LatticeScan::scan(const std::array<double, 2 * kAxes>* boxes, std::s
     Pair magic[kAxes];
     Mask same[kAxes];
     for (unsigned pair = 0; pair < kAxes; ++pair) {
-      magic[pair] = Pair{unit[2 * pair], unit[2 * pair + 1]} * 0x1.8p52;  // if infinite, none comes back
+      magic[pair] = Pair{unit[2 * pair], unit[2 * pair + 1]} * 0x1p52;
       same[pair] = Mask{-1, -1};
     }
     for (std::size_t i = begin; i < end; ++i)
       for (unsigned pair = 0; pair < kAxes; ++pair) {
         Pair x;
         std::memcpy(&x, boxes[i].data() + 2 * pair, sizeof x);
-        same[pair] &= (x + magic[pair]) - magic[pair] == x;
+        const Pair size = absolute(x);
+        same[pair] &= (size + magic[pair]) - magic[pair] == size;
         lo[pair] = x < lo[pair] ? x : lo[pair];
         hi[pair] = x > hi[pair] ? x : hi[pair];
       }

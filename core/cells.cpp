@@ -6,6 +6,7 @@
 
 #include "core/closed_form.hpp"
 #include "core/error.hpp"
+#include "core/sample.hpp"
 
 namespace boxunion {
 namespace {
@@ -15,6 +16,7 @@ constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut agai
 constexpr double kGoalBoxes = 7;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
 constexpr std::size_t kGridBoxes = 60;   // a crowded cell with more gets a grid, with fewer it is halved
+constexpr double kMostMisjudged = 8;     // times its estimate, of cells that boxes touch
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
 constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
 
@@ -235,6 +237,21 @@ PackedRegion TileCutter::bounding_region(const PackedRegion& tile, Items items) 
   return {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
 }
 
+/// True if a region can own a vertex: on each axis it owns an end of one of the boxes, or, where sums end
+/// with the tile, it ends there.
+bool TileCutter::may_have_vertices(const PackedRegion& region, Items items) const {
+  std::uint64_t axes = 0;  // guard bits
+  if (sums_)
+    for (int a = 0; a < 3; ++a)
+      if (field(region.hi, a) == field(tile_end_, a)) axes |= packed::guard(a);
+  const auto owned = [&](std::uint64_t corner) {
+    return ((corner | packed::kGuards) - region.lo) & (((region.hi - kOnes) | packed::kGuards) - corner);
+  };
+  for (std::size_t i = 0; i < items.size() && axes != packed::kGuards; ++i)
+    axes |= (owned(boxes_[items[i]].lo) | owned(boxes_[items[i]].hi)) & packed::kGuards;
+  return axes == packed::kGuards;
+}
+
 /// Cuts a region, whatever its boxes are, into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth) {
   if (tuning_.interrupted && *tuning_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
@@ -243,6 +260,7 @@ void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps
     if (filling == Filling::nothing) return;
     if (filling == Filling::everything) return add_covered(region);
   }
+  if (!may_have_vertices(region, items)) return;
   const bool fixed_grid = tuning_.cell && depth == 0;
   const std::size_t surely_fits = std::min(tuning_.cell_boxes, kRanks / 2);
   if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items, steps);
@@ -251,7 +269,7 @@ void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps
   if (items.size() <= surely_fits && !fixed_grid) return add_cell(region, items, steps);
   if ((items.size() > kGridBoxes || fixed_grid) && depth < kMostDepth) {
     const Grid grid = choose_grid(region, items, fixed_grid);
-    if (grid.count() > 1) return cut_by_grid(grid, items, steps, depth);
+    if (grid.count() > 1 && cut_by_grid(grid, items, steps, depth)) return;
   }
   stack_.assign(items.begin(), items.end());
   halve(region, 0, steps, 0);
@@ -265,16 +283,16 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
                                           std::vector<std::uint32_t>& kept) const {
   constexpr std::size_t kSample = 32;
   while (items.size() > 2 * kSample) {
-    const std::size_t step = (items.size() + kSample - 1) / kSample;
+    const Sample sample(items.size(), kSample);
     std::uint32_t largest = items[0];
     double most = -1;
-    for (std::size_t i = 0; i < items.size(); i += step) {
+    sample.each([&](std::size_t i) {
       double volume = 1;
       for (int a = 0; a < 3; ++a)
         volume *= double(std::min(field(boxes_[items[i]].hi, a), field(region.hi, a))) -
                   double(std::max(field(boxes_[items[i]].lo, a), field(region.lo, a) - 1));
       if (volume > most) largest = items[i], most = volume;
-    }
+    });
     // what lies beyond the region does not count
     PackedBox outer = boxes_[largest];
     for (int a = 0; a < 3; ++a) {
@@ -284,9 +302,9 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
     const auto hidden = [&](std::uint32_t i) {
       return packed::all_le(outer.lo, boxes_[i].lo) && packed::all_le(boxes_[i].hi, outer.hi) && i != largest;
     };
-    std::size_t sample = 0, hidden_sample = 0;
-    for (std::size_t i = 0; i < items.size(); i += step) ++sample, hidden_sample += hidden(items[i]);
-    if (4 * hidden_sample < sample) break;
+    std::size_t looked_at = 0, hidden_sample = 0;
+    sample.each([&](std::size_t i) { ++looked_at, hidden_sample += hidden(items[i]); });
+    if (4 * hidden_sample < looked_at) break;
     kept.resize(std::max(kept.size(), items.size()));  // may be where the items are
     std::size_t count = 0;
     for (std::size_t i = 0; i < items.size(); ++i)
@@ -311,17 +329,19 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
     for (int& log : grid.log_edge) log = std::min(log, int(std::bit_width(tuning_.cell - 1)));
     count_cells();
     for (; grid.count() > kMostCells; count_cells()) ++*std::ranges::min_element(grid.log_edge);
+    grid.most_items = double(kMostCells) + 64 * double(items.size());
     return grid;
   }
 
   constexpr std::size_t kSample = 128;
   std::array<std::array<float, kSample>, 3> extent;
-  const std::size_t step = (items.size() + kSample - 1) / kSample;
   std::size_t sample = 0;
-  for (std::size_t i = 0; i < items.size(); i += step, ++sample)
+  Sample(items.size(), kSample).each([&](std::size_t i) {
     for (int a = 0; a < 3; ++a)
       extent[a][sample] = float(std::min(field(boxes_[items[i]].hi, a), field(region.hi, a)) -
                                 std::max(field(boxes_[items[i]].lo, a), field(region.lo, a) - 1));
+    ++sample;
+  });
   const auto items_per_box = [&](const std::array<int, 3>& log_edge) {
     std::array<float, 3> scale;
     for (int a = 0; a < 3; ++a) scale[a] = 1 / float(1u << log_edge[a]);
@@ -351,14 +371,16 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
     per_box = best_per_box;
     count_cells();
   }
+  grid.most_items = kMostMisjudged * (per_box * double(items.size()));
   return grid;
 }
 
-void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth) {
+/// Cuts a region by a grid. False, with nothing done, if the boxes touch far more cells than was estimated.
+bool TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth) {
   Level& level = levels_[depth];
   level.covered.assign(grid.count(), 0);
-  if (steps.empty()) mark_covered(grid, items, level);
-  sort_by_cell(grid, items, level);
+  if (steps.empty() && !mark_covered(grid, items, level)) return false;
+  if (!sort_by_cell(grid, items, level)) return false;
   const bool empty_without_boxes = is_empty_without_boxes(steps);
   std::size_t c = 0;
   for (std::uint32_t z = 0; z < grid.cells[2]; ++z)
@@ -370,10 +392,12 @@ void TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::si
         else if (!empty_without_boxes || level.covered[c])
           add_covered(grid.cell(x, y, z));
       }
+  return true;
 }
 
-/// Marks the cells that one box covers (UNION3, section 4, step 3a).
-void TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
+/// Marks the cells that one box covers (UNION3, section 4, step 3a). False if the boxes touch too many cells.
+bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
+  double touched = 0;
   const std::uint64_t edge =
       packed::pack(1u << grid.log_edge[0], 1u << grid.log_edge[1], 1u << grid.log_edge[2]);
   for (const std::uint32_t i : items) {
@@ -390,18 +414,22 @@ void TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const
       some &= from[a] < to[a];
     }
     if (!some) continue;
+    touched += double(to[0] - from[0]) * double(to[1] - from[1]) * double(to[2] - from[2]);
+    if (touched > grid.most_items) return false;
     for (std::uint32_t z = from[2]; z < to[2]; ++z)
       for (std::uint32_t y = from[1]; y < to[1]; ++y) {
         std::uint8_t* const row = level.covered.data() + (std::size_t{z} * grid.cells[1] + y) * grid.cells[0];
         std::fill(row + from[0], row + to[0], 1);
       }
   }
+  return true;
 }
 
 /// A counting sort of the boxes by cell; a box is in every cell that it touches and that is not covered.
-void TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const {
+/// False if the boxes touch too many cells.
+bool TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const {
   level.start.assign(grid.count() + 1, 0);
-  std::size_t count = 0;
+  std::size_t count = 0, touched = 0;
   std::array<std::uint32_t, 3> base;
   for (int a = 0; a < 3; ++a) base[a] = field(grid.region.lo, a);
   for (const std::uint32_t i : items) {
@@ -411,6 +439,8 @@ void TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const
       to[a] = std::min((field(boxes_[i].hi, a) - base[a]) >> grid.log_edge[a], grid.cells[a] - 1);
     }
     const std::size_t most = std::size_t{to[0] - from[0] + 1} * (to[1] - from[1] + 1) * (to[2] - from[2] + 1);
+    touched += most;
+    if (double(touched) > grid.most_items) return false;
     if (level.pairs.size() < count + most) level.pairs.resize(2 * (count + most));
     for (std::uint32_t z = from[2]; z <= to[2]; ++z)
       for (std::uint32_t y = from[1]; y <= to[1]; ++y)
@@ -426,12 +456,14 @@ void TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const
   for (std::uint32_t& start : level.start) start = sum += start;
   level.sorted.resize(sum);
   while (count-- > 0) level.sorted[--level.start[level.pairs[count][0]]] = level.pairs[count][1];
+  return true;
 }
 
 /// Adds the cell whose boxes are stack_[begin ..], halved until it fits; removes them from the stack.
 void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth) {
   const std::size_t end = stack_.size();
   if (begin == end) return;
+  if (!may_have_vertices(region, Items(stack_).subspan(begin))) return stack_.resize(begin);
   int axis = -1;  // along which to halve
   if (end - begin > std::min(tuning_.cell_boxes, kRanks / 2)) {
     find_own_coordinates(region, Items(stack_).subspan(begin));

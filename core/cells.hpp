@@ -125,6 +125,7 @@ class TileCutter {
     PackedRegion region;
     std::array<int, 3> log_edge{};  // log2 of the cell's edge
     std::array<std::uint32_t, 3> cells{};
+    double most_items = 0;  // that the boxes may touch cells, or the grid was misjudged
     std::size_t count() const { return std::size_t{cells[0]} * cells[1] * cells[2]; }
     PackedRegion cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const;
   };
@@ -151,9 +152,10 @@ class TileCutter {
   Items drop_hidden(const PackedRegion& region, Items items, std::vector<std::uint32_t>& kept) const;
   Items drop_hidden_by_operand(const PackedRegion& region, Items items, Level& level) const;
   Grid choose_grid(const PackedRegion& region, Items items, bool fixed) const;
-  void cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth);
-  void mark_covered(const Grid& grid, Items items, Level& level) const;
-  void sort_by_cell(const Grid& grid, Items items, Level& level) const;
+  bool may_have_vertices(const PackedRegion& region, Items items) const;
+  bool cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth);
+  bool mark_covered(const Grid& grid, Items items, Level& level) const;
+  bool sort_by_cell(const Grid& grid, Items items, Level& level) const;
   void cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth);
   void halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth);
   void halve_expression(const PackedRegion& half, std::size_t begin, Steps steps, std::size_t depth);

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstring>
 
+#include "core/sample.hpp"
+
 namespace boxunion {
 namespace {
 
@@ -12,8 +14,11 @@ using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // of boxes compared at 
 using Lanes8 [[gnu::vector_size(32)]] = std::uint32_t;
 constexpr std::uint32_t kMostLanes = 8;
 constexpr std::uint64_t kMostCompared = 64;  // per box, on average
-constexpr std::uint32_t kFirst = 512;        // if of the first ones, at most half of all, ...
-constexpr double kMostTouching = 0.75;       // ... more than this share touch a later one, the sweep gives up
+// By division: at least so many boxes, none of a sample of which touch; and no more than so many pairs per
+// box.
+constexpr std::size_t kLeastDivided = 512, kDivisionSample = 64, kMostPairs = 8;
+constexpr std::uint32_t kFirst = 512;   // if of the first ones, at most half of all, ...
+constexpr double kMostTouching = 0.75;  // ... more than this share touch a later one, the sweep gives up
 
 /// y and z less their lowest `shift` bits, 15 bits each.
 std::uint32_t pack_yz(std::uint64_t corner, int shift) {
@@ -92,9 +97,9 @@ template <class Lanes>
   const auto n = std::uint32_t(boxes.size());
   std::uint64_t compared = 0;
   for (std::uint32_t i = 0; i < n; ++i) compared += bucket_end_[last_[i]] - i;
-  if (compared > kMostCompared * n) return false;
   parent_.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) parent_[i] = i;
+  if (compared > kMostCompared * n) return join_by_division(boxes);
   const std::uint32_t first = std::min(kFirst, n / 2), most_touching = std::uint32_t(kMostTouching * first);
   std::uint32_t touching = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -108,10 +113,8 @@ template <class Lanes>
     for (std::uint32_t j = i + 1; j < end; j += lanes) {
       if (!any_of(j, j + 1)) continue;
       for (std::uint32_t k = j; k < std::min(j + lanes, end); ++k)
-        if (packed::all_le(box.lo, boxes[index_[k]].hi) && packed::all_le(boxes[index_[k]].lo, box.hi)) {
-          const std::uint32_t x = root(i), y = root(k);
-          parent_[std::max(x, y)] = std::min(x, y);
-        }
+        if (packed::all_le(box.lo, boxes[index_[k]].hi) && packed::all_le(boxes[index_[k]].lo, box.hi))
+          join(i, k);
     }
   }
   return true;
@@ -122,6 +125,26 @@ template <class Lanes>
   return join_touching<Lanes8>(boxes);
 }
 #endif
+
+/// The same of boxes that are too long for a sweep, unless many of them touch.
+bool Clusters::join_by_division(std::span<const PackedBox> boxes) {
+  if (boxes.size() < kLeastDivided) return false;
+  std::vector<PackedBox> sample;
+  Sample(boxes.size(), kDivisionSample).each([&](std::size_t i) { sample.push_back(boxes[i]); });
+  for (std::size_t i = 0; i < sample.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (packed::all_le(sample[i].lo, sample[j].hi) && packed::all_le(sample[j].lo, sample[i].hi))
+        return false;
+  std::vector<std::uint32_t> place(boxes.size());
+  for (std::uint32_t i = 0; i < place.size(); ++i) place[index_[i]] = i;
+  return pairs_.find(boxes, kMostPairs * boxes.size(),
+                     [&](std::uint32_t i, std::uint32_t j) { join(place[i], place[j]); });
+}
+
+void Clusters::join(std::uint32_t i, std::uint32_t j) {
+  const std::uint32_t x = root(i), y = root(j);
+  parent_[std::max(x, y)] = std::min(x, y);
+}
 
 std::uint32_t Clusters::root(std::uint32_t i) {
   while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];

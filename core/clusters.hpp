@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/packed.hpp"
+#include "core/touching_pairs.hpp"
 
 namespace boxunion {
 
@@ -12,7 +13,8 @@ namespace boxunion {
 ///
 /// A cluster is a union of its own, whatever lies around it, so it needs no cell of a grid. Of sparse boxes
 /// most are lone, clusters of one. Found by a sweep along x, in which a box meets those that begin before it
-/// ends; their y and z are compared in one subtraction, as in packed.hpp.
+/// ends; their y and z are compared in one subtraction, as in packed.hpp. Where boxes are so long that this
+/// would take too many comparisons, but few seem to touch, TouchingPairs finds those that do.
 class Clusters {
  public:
   /// A cluster with more boxes than this is left to a grid.
@@ -36,6 +38,8 @@ class Clusters {
   template <class Lanes>
   bool join_touching(std::span<const PackedBox> boxes);
   bool join_touching_with_avx2(std::span<const PackedBox> boxes);
+  bool join_by_division(std::span<const PackedBox> boxes);
+  void join(std::uint32_t i, std::uint32_t j);
   void gather();
   std::uint32_t root(std::uint32_t i);
 
@@ -49,6 +53,7 @@ class Clusters {
   std::vector<std::uint32_t> parent_;   // a forest whose trees are the clusters; roots come first
   std::vector<std::uint32_t> size_;     // of a root's cluster
   std::vector<std::uint32_t> next_;     // of a root: where its next box goes in members_
+  TouchingPairs pairs_;
 };
 
 }  // namespace boxunion

@@ -10,6 +10,7 @@
 
 #include "core/mass.hpp"
 #include "core/parallel.hpp"
+#include "core/sample.hpp"
 
 namespace boxunion {
 namespace {
@@ -55,8 +56,10 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kFlatPlaces = 18, kMostTouched = 8;
   const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
   double sum[2] = {0, 0}, sampled = 0;
-  for (std::size_t i = 0; i < all.size(); i += all.size() / 256 + 1, ++sampled)
+  Sample(all.size(), 256).each([&](std::size_t i) {
+    ++sampled;
     for (const unsigned axis : {0u, 1u}) sum[axis] += all[i].hi[axis] - all[i].lo[axis];
+  });
   double most[2], share[2];  // of the extent, that a rectangle takes
   for (const unsigned axis : {0u, 1u}) {
     share[axis] = sum[axis] / sampled / extent[axis];

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "core/sample.hpp"
 
 namespace boxunion {
 namespace {
@@ -133,8 +134,7 @@ bool ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRect
   constexpr std::size_t kMany = 512;
   if (rectangles.size() > kMany) {  // do some of them already need a smaller cell?
     std::vector<OrdinalRectangle> sample;
-    for (std::size_t i = 0; i < rectangles.size(); i += rectangles.size() / (kMany / 2))
-      sample.push_back(rectangles[i]);
+    Sample(rectangles.size(), kMany / 2).each([&](std::size_t i) { sample.push_back(rectangles[i]); });
     for (const unsigned axis : {0u, 1u})
       if (!places_[axis].assign(cell, sample, axis)) return halve(cell, rectangles, axis, out);
   }

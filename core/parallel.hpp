@@ -13,7 +13,6 @@
 #include "core/plain_threads.hpp"
 #else
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 #endif
 
@@ -58,7 +57,18 @@ class Interruptible {
 // Parallel work may start more of it. A thread that waits for what it started does nothing else meanwhile, so
 // that what PerThread gave it stays its own.
 
+// A loop either runs over its whole range or throws. Any piece of it may throw; what the loop writes is then
+// worth nothing.
+
 namespace detail {
+
+/// What every piece of parallel work calls first, if set. Tests set it, to throw there.
+extern std::atomic<void (*)()> before_piece;
+
+inline void begin_piece() {
+  Interruptible::check();
+  if (const auto call = before_piece.load(std::memory_order_relaxed)) call();
+}
 
 /// The body of a loop, whatever its type, so that loops are compiled once. Refers to the function it is made
 /// of.
@@ -69,7 +79,10 @@ class RangeBody {
       : f_(&f), call_([](const void* function, std::size_t begin, std::size_t end) {
           (*static_cast<F*>(const_cast<void*>(function)))(begin, end);
         }) {}
-  void operator()(std::size_t begin, std::size_t end) const { call_(f_, begin, end); }
+  void operator()(std::size_t begin, std::size_t end) const {
+    begin_piece();
+    call_(f_, begin, end);
+  }
 
  private:
   const void* f_;
@@ -83,10 +96,12 @@ void run_ranges(std::size_t first, std::size_t last, std::size_t grain, RangeBod
 /// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
 template <class F>
 void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
-  if (last - first > grain)
+  if (last - first > grain) {
     detail::run_ranges(first, last, grain, detail::RangeBody(f));
-  else if (first < last)
+  } else if (first < last) {
+    detail::begin_piece();
     f(first, last);
+  }
 }
 
 /// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values,
@@ -106,12 +121,6 @@ T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T iden
   for (std::size_t part = 1; part < parts; ++part)
     values[0] = join(std::move(values[0]), std::move(values[part]));
   return std::move(values[0]);
-}
-
-/// Sorts [first, last) in ascending order (not stable).
-template <class Iterator, class Less = std::less<>>
-void parallel_sort(Iterator first, Iterator last, Less less = {}) {
-  library::this_task_arena::isolate([&] { library::parallel_sort(first, last, less); });
 }
 
 /// One T for every thread that asks: T{}, a copy of `init`, or what it returns if it is a function.

@@ -42,6 +42,11 @@ auto isolate(const F& f) {
 }
 }  // namespace this_task_arena
 
+/// Work that nobody cancels: a loop ends early only by an exception of its own.
+struct task_group_context {
+  bool is_group_execution_cancelled() const { return false; }
+};
+
 /// Two threads that help whoever asks: under the thread sanitizer it takes long to start one.
 class Helpers {
  public:
@@ -94,7 +99,7 @@ class Helpers {
 
 /// The caller and its helpers share the range in pieces; the first exception comes back.
 template <class T, class F>
-void parallel_for(const blocked_range<T>& range, const F& f) {
+void parallel_for(const blocked_range<T>& range, const F& f, const task_group_context&) {
   std::atomic<T> next = range.begin();
   std::mutex mutex;
   std::exception_ptr error;
@@ -110,11 +115,6 @@ void parallel_for(const blocked_range<T>& range, const F& f) {
     }
   });
   if (error) std::rethrow_exception(error);
-}
-
-template <class Iterator, class Less>
-void parallel_sort(Iterator first, Iterator last, Less less) {
-  std::sort(first, last, less);
 }
 
 template <class T>

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/memory.hpp"
+#include "core/radix_sort.hpp"
 
 namespace boxunion {
 namespace {
@@ -61,9 +62,7 @@ Points::Points(const Solid& solid, const Planes& planes, NonManifold contacts)
       parts[part].push_back({lower.vertex, upper.vertex, axis});
   });
   for (const auto& part : parts) midpoints_.insert(midpoints_.end(), part.begin(), part.end());
-  parallel_sort(midpoints_.begin(), midpoints_.end(), [](const Midpoint& a, const Midpoint& b) {
-    return key(a.lower, a.axis) < key(b.lower, b.axis);
-  });
+  radix_sort(std::span(midpoints_), [](const Midpoint& m) { return key(m.lower, m.axis); });
   if (size() >= kNone) throw_too_many();
 }
 

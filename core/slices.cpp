@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/parallel.hpp"
+#include "core/radix_sort.hpp"
 
 namespace boxunion {
 namespace {
@@ -93,8 +93,7 @@ SlabSweep::SlabSweep(std::vector<OrdinalBox> boxes) : boxes_(std::move(boxes)) {
   z_ = distinct_ordinals(boxes_, 2);
   replace_by_positions(boxes_, 0, x_, 0);
   replace_by_positions(boxes_, 2, z_, 0);
-  parallel_sort(boxes_.begin(), boxes_.end(),
-                [](const OrdinalBox& a, const OrdinalBox& b) { return a.lo[2] < b.lo[2]; });
+  radix_sort(std::span(boxes_), [](const OrdinalBox& box) { return box.lo[2]; });
   rectangles_.assign(slabs() + 1, 0);
   for (const OrdinalBox& b : boxes_) {
     ++rectangles_[b.lo[2]];

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
+#include "core/sample.hpp"
 
 namespace boxunion {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 constexpr double kMostInTile = 2000;  // so many boxes stay in cache, and sweeps over them are narrow
 constexpr double kEnoughTiles = 8;    // for several threads
 constexpr std::size_t kMostTiles = 1u << 20;
+constexpr double kMostMisjudged = 2;   // times its estimate, of tiles that boxes touch
+constexpr double kFewTiles = 1 << 14;  // that do no harm, whatever the estimate
 
 constexpr std::size_t kMostChunks = 8;
 constexpr double kLeastBlock = 8, kMostBlock = 64;  // words
@@ -23,15 +26,16 @@ constexpr double kLeastBlock = 8, kMostBlock = 64;  // words
 }  // namespace
 
 TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
-                              const std::array<std::uint32_t, 3>& counts, int max_log_edge,
-                              std::size_t least) {
-  Plan whole = plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge, least);
+                              const std::array<std::uint32_t, 3>& counts, int max_log_edge, std::size_t least,
+                              std::size_t sample) {
+  Plan whole =
+      plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge, least, sample);
   whole.end.fill(Axis::kOrdinalMax);  // nothing lies beyond
   return whole;
 }
 
 TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const OrdinalBox& region,
-                              int max_log_edge, std::size_t least) {
+                              int max_log_edge, std::size_t least, std::size_t most_sampled) {
   Plan plan;
   plan.end = region.hi;
   for (int a = 0; a < 3; ++a)
@@ -39,10 +43,12 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   std::vector<OrdinalBox> sample;
   std::size_t n = 0;
   for (const OrdinalSource& source : sources) n += source.size();
-  const std::size_t step = n / 512 + 1;
   for (const OrdinalSource& source : sources)
-    for (std::size_t i = 0; i < source.size(); i += step)
-      source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
+    Sample(source.size(), std::max<std::size_t>(1, source.size() * most_sampled / std::max(n, most_sampled)))
+        .each([&](std::size_t i) {
+          source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
+        });
+  plan.sampled = sample.size();
   const auto touched = [&](const std::array<int, 3>& log_edge) {  // tiles a box, on average
     double sum = 0;
     for (const OrdinalBox& box : sample) {
@@ -99,10 +105,19 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
   // no more than half of a share may be empty, so small shares have small blocks
   const double share = double(source.size()) * plan.touched / double(plan.count() * chunks_.size());
   block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
+  const double most_touched = kMostMisjudged * plan.touched * double(source.size()) + kFewTiles;
+  for (Chunk& chunk : chunks_) chunk.most_touched = most_touched / 2;  // boxes may come sorted by size
   covered_.assign(size(), 0);
   parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) scatter(source, chunks_[c]);
   });
+  double touched = 0;
+  for (const Chunk& chunk : chunks_) {
+    touched += chunk.touched;
+    misjudged_ |= chunk.touched > chunk.most_touched;
+  }
+  misjudged_ |= touched > most_touched;
+  if (misjudged_) return;
   bounds_ = chunks_[0].bounds;
   for (const Chunk& chunk : chunks_)
     for (int a = 0; a < 3; ++a) {
@@ -137,6 +152,7 @@ void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) cons
   constexpr std::size_t kPiece = 1u << 15;
   for (std::size_t i = chunk.begin; i < chunk.end; i += kPiece) {
     if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    if (chunk.touched > chunk.most_touched) return;
     source.read(i, std::min(i + kPiece, chunk.end), f);
   }
 }
@@ -176,6 +192,10 @@ void TileGrid::scatter_wide(const OrdinalBox& box, Chunk& chunk) {
     range.from[a] = std::max(range.from[a], plan_.first[a]);
     range.to[a] = std::min(range.to[a], plan_.first[a] + plan_.tiles[a] - 1);
   }
+  double touched = 1;
+  for (int a = 0; a < 3; ++a) touched *= double(range.to[a]) - double(range.from[a]) + 1;
+  chunk.touched += touched;
+  if (chunk.touched > chunk.most_touched) return;
   const auto inside = [&](std::uint32_t at, int a) { return all.from[a] < at && at < all.to[a]; };
   for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
     for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)

@@ -49,23 +49,29 @@ class TileGrid {
     std::array<std::uint32_t, 3> tiles{};  ///< by axis
     std::array<std::uint32_t, 3> end{};    ///< where the last tile ends, however long it would be
     double touched = 1;                    ///< tiles that a box touches, on average, by a sample
+    std::size_t sampled = 0;               ///< boxes of that sample
     std::size_t count() const { return std::size_t{tiles[0]} * tiles[1] * tiles[2]; }
   };
 
   /// Chooses tiles for ordinals 1 .. counts[a]: as many as keep a tile's boxes in cache, with edges of at
   /// most 2^max_log_edge ordinals; of few boxes enough for several threads, if a tile still has `least`.
-  /// The boxes are those of all sources, for each of which a grid may then be made.
+  /// The boxes are those of all sources, for each of which a grid may then be made. `sample` of them are looked
+  /// at.
   static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
-                   int max_log_edge, std::size_t least);
+                   int max_log_edge, std::size_t least, std::size_t sample = kSample);
   /// The same for the points lo <= p < hi of a region only; lo must be a multiple of 2^max_log_edge, and no
   /// box reach further than from lo - 1 to hi.
   static Plan plan(std::span<const OrdinalSource> sources, const OrdinalBox& region, int max_log_edge,
-                   std::size_t least);
+                   std::size_t least, std::size_t sample = kSample);
+  static constexpr std::size_t kSample = 512;
 
+  /// Gives up, and then holds nothing of use, where the boxes touch twice as many tiles as the plan says.
   /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
   /// becomes true.
   TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
+  /// True if it has given up: it takes another plan, by a larger sample.
+  bool misjudged() const { return misjudged_; }
   std::size_t size() const { return plan_.count(); }
   /// Number of words that the boxes of a tile take: as many as there are boxes, up to twice as many if they
   /// are not short.
@@ -105,6 +111,7 @@ class TileGrid {
     std::vector<std::pair<std::uint64_t*, std::uint32_t>> blocks;  // and their tiles
     std::vector<Array<std::uint64_t>> slabs;                       // memory of the blocks
     std::size_t used = 0;                                          // words of the last slab
+    double touched = 0, most_touched = 0;                          // tiles, by boxes that touch several
     std::array<Pending, kPending> pending;
     std::size_t pending_count = 0;
   };
@@ -148,6 +155,7 @@ class TileGrid {
   std::vector<std::size_t> first_;     // piece of a tile
   std::vector<Piece> pieces_;          // by tile
   OrdinalBox bounds_;
+  bool misjudged_ = false;
 };
 
 // ---- implementation ----

@@ -28,9 +28,9 @@ constexpr std::size_t kMostAtOnce = 1u << 16;  // boxes of all tiles, to be cut 
 
 /// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
 /// grid over them would be nearly empty.
-class Positions : public VertexSink {
+class Positions {
  public:
-  Positions(std::vector<OrdinalBox>& boxes, const std::array<bool, 3>& axes, VertexSink& sink) : sink_(sink) {
+  Positions(std::vector<OrdinalBox>& boxes, const std::array<bool, 3>& axes) {
     for (int a = 0; a < 3; ++a) {
       if (!axes[a]) continue;
       ordinals_[a] = distinct_ordinals(boxes, a);
@@ -39,20 +39,31 @@ class Positions : public VertexSink {
   }
 
   std::uint32_t count(int axis) const { return std::uint32_t(ordinals_[axis].size()); }
-
-  void add(std::span<const Vertex> vertices) override {
-    std::vector<Vertex> mapped(vertices.begin(), vertices.end());
-    for (Vertex& v : mapped) {
+  void map_back(std::span<Vertex> vertices) const {
+    for (Vertex& v : vertices) {
       if (!ordinals_[0].empty()) v.x = ordinals_[0][v.x - 1];
       if (!ordinals_[1].empty()) v.y = ordinals_[1][v.y - 1];
       if (!ordinals_[2].empty()) v.z = ordinals_[2][v.z - 1];
     }
+  }
+
+ private:
+  std::array<std::vector<std::uint32_t>, 3> ordinals_;
+};
+
+/// Gives vertices on with their own ordinals in place of positions.
+class PositionSink : public VertexSink {
+ public:
+  PositionSink(const Positions& positions, VertexSink& sink) : positions_(positions), sink_(sink) {}
+  void add(std::span<const Vertex> vertices) override {
+    std::vector<Vertex> mapped(vertices.begin(), vertices.end());
+    positions_.map_back(mapped);
     sink_.add(mapped);
   }
 
  private:
+  const Positions& positions_;
   VertexSink& sink_;
-  std::array<std::vector<std::uint32_t>, 3> ordinals_;
 };
 
 /// One run of the method over a grid of tiles, which the operands of an expression share.
@@ -252,6 +263,100 @@ bool can_be_tiled(const OrdinalBox& region) {
   return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kRegionLogEdge) == 0; });
 }
 
+/// The boxes of combine_by_cells in ordinals, and how they go into tiles.
+class TiledBoxes {
+ public:
+  /// The boxes are `ordinals.boxes` or, if these have no ends, those of `sets` on its axes, which are
+  /// lattices. Sums over tiles without vertices are found if `sums` allows it.
+  TiledBoxes(std::span<const BoxSet> sets, Ordinals& ordinals, const Options& options,
+             std::size_t least_in_tile, bool sums)
+      : sets_(sets), ordinals_(ordinals), options_(options), least_in_tile_(least_in_tile), sums_(sums) {
+    if (ordinals.ends.empty()) {
+      for (const BoxSet& set : sets) {
+        sources_.emplace_back(set, ordinals.axes);
+        boxes_ += set.size();
+      }
+    } else {
+      use_kept();
+    }
+    for (int a = 0; a < 3; ++a) counts_[a] = ordinals.axes[a].count();
+  }
+
+  /// Chooses tiles and puts the boxes into them. What a sample suggests is planned again, by a larger one, if
+  /// the boxes touch far more tiles than it said.
+  void sort(Stopwatch& watch) {
+    for (std::size_t sample = TileGrid::kSample;; sample *= 16) {
+      make_plan(sample);
+      watch.lap("plan");
+      grids_.clear();
+      grids_.reserve(sources_.size());
+      for (const OrdinalSource& source : sources_) {
+        grids_.emplace_back(source, plan_, options_.interrupted);
+        if (grids_.back().misjudged()) break;
+      }
+      watch.lap("tiles");
+      if (!grids_.back().misjudged()) return;
+    }
+  }
+
+  std::span<const TileGrid> grids() const { return grids_; }
+  bool sums() const { return sums_; }
+  /// Where vertices go that become those of `sink`.
+  VertexSink* mapped(VertexSink* sink) { return positions_ ? &mapping_.emplace(*positions_, *sink) : sink; }
+
+ private:
+  void make_plan(std::size_t sample) {
+    if (sums_) {
+      plan_ = ordinals_.region
+                  ? TileGrid::plan(sources_, *ordinals_.region, kRegionLogEdge, least_in_tile_, sample)
+                  : TileGrid::plan(sources_, counts_, kSumsLogEdge, least_in_tile_, sample);
+      // the caller answers for a region, which must not depend on the boxes there
+      if (ordinals_.region || !is_wasteful()) return;
+      sums_ = false;
+    }
+    plan_ = TileGrid::plan(sources_, counts_, kPackedLogEdge, least_in_tile_, sample);
+    if (positions_ || !is_wasteful()) return;
+    std::array<bool, 3> wide;
+    for (int a = 0; a < 3; ++a) wide[a] = counts_[a] > 2 * boxes_;
+    if (std::ranges::find(wide, true) == wide.end()) return;
+    if (ordinals_.ends.empty()) ordinals_ = ordinal_boxes(sets_, ordinals_.axes);
+    positions_.emplace(ordinals_.boxes, wide);
+    for (int a = 0; a < 3; ++a)
+      if (wide[a]) counts_[a] = positions_->count(a);
+    use_kept();
+    plan_ = TileGrid::plan(sources_, counts_, kPackedLogEdge, least_in_tile_, sample);
+  }
+
+  /// True if most tiles would be empty, or if boxes are so long that each would be in many.
+  bool is_wasteful() const {
+    constexpr double kMostTouched = 3;
+    return plan_.count() > std::max<std::size_t>(512, boxes_ / 4) || plan_.touched >= kMostTouched;
+  }
+
+  void use_kept() {
+    sources_.clear();
+    boxes_ = ordinals_.boxes.size();
+    const std::span<const OrdinalBox> kept = ordinals_.boxes;
+    std::size_t begin = 0;
+    for (const std::size_t end : ordinals_.ends) {
+      sources_.emplace_back(kept.subspan(begin, end - begin));
+      begin = end;
+    }
+  }
+
+  std::span<const BoxSet> sets_;
+  Ordinals& ordinals_;
+  const Options& options_;
+  std::size_t least_in_tile_, boxes_ = 0;
+  bool sums_;
+  std::array<std::uint32_t, 3> counts_;
+  std::vector<OrdinalSource> sources_;
+  TileGrid::Plan plan_;
+  std::vector<TileGrid> grids_;
+  std::optional<Positions> positions_;
+  std::optional<PositionSink> mapping_;
+};
+
 /// Makes the grid of combine_by_cells, with at least so many boxes in a tile if it may, and calls
 /// f(CellRunner).
 template <class F>
@@ -265,67 +370,20 @@ void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordi
     throw Error(ErrorKind::usage, "the kernel faces finds unions only");
   Stopwatch watch(report);
   const Axes& axes = ordinals.axes;
-  const bool kept = !ordinals.ends.empty();
   const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
   VertexSink* sink = mass ? mass : vertices;
   std::optional<RegionFilter> filter;
   if (ordinals.region) sink = &filter.emplace(*ordinals.region, *sink);
-  std::array<std::uint32_t, 3> counts{axes[0].count(), axes[1].count(), axes[2].count()};
-  if (counts[0] == 0) return;
-  std::size_t boxes = ordinals.boxes.size();
-  if (!kept)
-    for (const BoxSet& set : sets) boxes += set.size();
-  const auto too_many_tiles = [&](const TileGrid::Plan& plan) {
-    return plan.count() > std::max<std::size_t>(512, boxes / 4);
-  };
-
-  std::vector<OrdinalSource> sources;
-  const auto use_kept = [&] {
-    sources.clear();
-    const std::span<const OrdinalBox> kept = ordinals.boxes;
-    std::size_t begin = 0;
-    for (const std::size_t end : ordinals.ends) {
-      sources.emplace_back(kept.subspan(begin, end - begin));
-      begin = end;
-    }
-  };
-  if (!kept)
-    for (const BoxSet& set : sets) sources.emplace_back(set, axes);
-  else
-    use_kept();
-  TileGrid::Plan plan;
-  CellSink cells{sink, nullptr, programs};
-  std::optional<Positions> positions;
-  if (mass && lattice && options.kernel == CellKernel::occupancy &&
-      (!ordinals.region || can_be_tiled(*ordinals.region))) {
-    plan = ordinals.region ? TileGrid::plan(sources, *ordinals.region, kRegionLogEdge, least_in_tile)
-                           : TileGrid::plan(sources, counts, kSumsLogEdge, least_in_tile);
-    // the caller answers for a region, which must not depend on the boxes there
-    if (ordinals.region || (!too_many_tiles(plan) && plan.touched < 3)) cells.sums = mass;
-  }
-  if (!cells.sums) {
-    plan = TileGrid::plan(sources, counts, kPackedLogEdge, least_in_tile);
-    if (too_many_tiles(plan)) {
-      std::array<bool, 3> wide;
-      for (int a = 0; a < 3; ++a) wide[a] = counts[a] > 2 * boxes;
-      if (!kept) ordinals = ordinal_boxes(sets, axes);
-      positions.emplace(ordinals.boxes, wide, *sink);
-      for (int a = 0; a < 3; ++a)
-        if (wide[a]) counts[a] = positions->count(a);
-      cells.vertices = &*positions;
-      use_kept();
-      plan = TileGrid::plan(sources, counts, kPackedLogEdge, least_in_tile);
-    }
-  }
-  watch.lap("plan");
-  std::vector<TileGrid> grids;
-  grids.reserve(sources.size());
-  for (const OrdinalSource& source : sources) grids.emplace_back(source, plan, options.interrupted);
-  watch.lap("tiles");
-  CellRunner runner(grids, expression.steps(), options, cells, report);
+  if (axes[0].count() == 0) return;
+  TiledBoxes boxes(sets, ordinals, options, least_in_tile,
+                   mass && lattice && options.kernel == CellKernel::occupancy &&
+                       (!ordinals.region || can_be_tiled(*ordinals.region)));
+  boxes.sort(watch);
+  CellSink cells{boxes.mapped(sink), boxes.sums() ? mass : nullptr, programs};
+  CellRunner runner(boxes.grids(), expression.steps(), options, cells, report);
   f(runner);
   if (cells.sums && !programs)
-    for (const TileGrid& grid : grids)
+    for (const TileGrid& grid : boxes.grids())
       if (grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
   watch.lap("cells");
 }

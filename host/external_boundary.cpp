@@ -14,7 +14,9 @@
 #include "core/brep.hpp"
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
+#include "core/evm.hpp"
 #include "core/fans.hpp"
+#include "core/radix_sort.hpp"
 #include "core/shell_joins.hpp"
 #include "core/triangulation.hpp"
 #include "host/sorted_runs.hpp"
@@ -96,11 +98,9 @@ Planes planes_of(const Solid& part, int axis, NonManifold contacts) {
     Array<PlaneVertex>& lines = planes[std::size_t(axis + 1) % 3].vertices;
     for (std::uint32_t i = 0; i < count; ++i)
       lines.push_back({i, ordinal(i, axis + 2), ordinal(i, axis), part.vertices[i].mask});
-    const auto key = [&](const PlaneVertex& v) {
-      return std::array{v.row, ordinal(v.vertex, axis + 1), v.column};
-    };
-    parallel_sort(lines.begin(), lines.end(),
-                  [&](const PlaneVertex& a, const PlaneVertex& b) { return key(a) < key(b); });
+    radix_sort(std::span(lines), [&](const PlaneVertex& v) {
+      return PointKey()(OrderedPoint<3>{v.row, ordinal(v.vertex, axis + 1), v.column});
+    });
   }
   return planes;
 }

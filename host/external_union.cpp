@@ -17,6 +17,7 @@
 #include "core/cuts.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/sample.hpp"
 #include "core/statistics.hpp"
 #include "core/tiles.hpp"
 #include "host/cells_method.hpp"
@@ -68,7 +69,7 @@ bool is_degenerate(const Box& box) {
 /// wins.
 Survey survey(const BoxFile& file, BoxSummer* sums) {
   constexpr std::uint64_t kPiece = BoxSource<double>::kPiece;
-  const std::uint64_t step = file.size() / BoxSource<double>::kSample + 1;
+  const Sample sample(file.size(), BoxSource<double>::kSample);
   PerThread<Survey> parts;
   std::mutex mutex;
   std::atomic<std::uint64_t> bad_piece = std::numeric_limits<std::uint64_t>::max();
@@ -80,8 +81,9 @@ Survey survey(const BoxFile& file, BoxSummer* sums) {
     part.lattices.add(boxes);
     part.degenerate += count_degenerate(boxes);
     if (sums) sums->add(boxes);
-    for (std::uint64_t i = (step - begin % step) % step; i < boxes.size(); i += step)
-      if (!is_degenerate(boxes[i])) part.sample.push_back(boxes[i]);
+    sample.each(begin, begin + boxes.size(), [&](std::uint64_t i) {
+      if (const Box box = boxes[i - begin]; !is_degenerate(box)) part.sample.push_back(box);
+    });
   };
   parallel_ranges(0, (file.size() + kPiece - 1) / kPiece, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t piece = begin; piece < end && piece < bad_piece; ++piece) try {

@@ -17,6 +17,7 @@
 #include "core/box.hpp"
 #include "core/cuts.hpp"
 #include "core/parallel.hpp"
+#include "core/sample.hpp"
 #include "host/scratch.hpp"
 
 // Boxes on disk, cut into slabs. They are in coordinates C: uint32 ordinals where all axes are lattices, else
@@ -118,14 +119,13 @@ std::vector<Box> BoxSource<C>::sample() const {
   constexpr std::uint64_t kTogether = 16;
   std::vector<Box> sample;
   std::vector<BoxOf<C>> boxes;
-  const std::uint64_t step = std::max(kTogether, size() / (kSample / kTogether));
-  for (std::uint64_t i = 0; i < size(); i += step) {
-    read(i, std::min(i + kTogether, size()), boxes);
+  Sample((size() + kTogether - 1) / kTogether, kSample / kTogether).each([&](std::uint64_t group) {
+    read(group * kTogether, std::min((group + 1) * kTogether, size()), boxes);
     for (const BoxOf<C>& box : boxes) {
       Box& as_doubles = sample.emplace_back();
       std::copy(box.begin(), box.end(), as_doubles.begin());
     }
-  }
+  });
   return sample;
 }
 

@@ -4,10 +4,13 @@
 #include <rapidcheck/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <set>
 
+#include "core/rectangle.hpp"
 #include "generators.hpp"
 
 namespace boxunion {
@@ -94,6 +97,119 @@ TEST(Axis, IntegersMakeLatticesOverTheirWholeRange) {
   EXPECT_EQ(axes[1].count(), 13u);
   EXPECT_EQ(axes[2].count(), 1u);
   EXPECT_FALSE(make_axes(std::vector<IntegerBox>{{least, 0, 0, 2147483647, 1, 1}})[0].is_lattice());
+}
+
+/// The lowest bit of a double that is not 0, as an exponent, found by halving.
+int lowest_bit(double x) {
+  int exponent = 0;
+  double fraction = std::frexp(x, &exponent);
+  for (; fraction != std::floor(fraction); fraction *= 2) --exponent;
+  return exponent;
+}
+
+/// The axis of rows of one coordinate each, in one of the six columns of boxes; the other end on that axis is
+/// the first row's.
+Axis axis_of_rows(const std::vector<double>& rows, std::size_t lane) {
+  std::vector<Box> boxes(rows.size(), Box{0, 0, 0, 0, 0, 0});
+  for (std::size_t i = 0; i < rows.size(); ++i) boxes[i][lane] = rows[i], boxes[i][(lane + 3) % 6] = rows[0];
+  const Axis axis = make_axes(boxes)[lane % 3];
+  if (lane % 3 == 2) return axis;
+  std::vector<Rectangle> rectangles(rows.size(), Rectangle{0, 0, 0, 0});
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    rectangles[i][lane % 3] = rows[lane < 3 ? i : 0], rectangles[i][lane % 3 + 2] = rows[lane < 3 ? 0 : i];
+  LatticeScan scan;
+  scan.add(RectangleSet(rectangles));
+  EXPECT_EQ(scan.plane_axes()[lane % 3].count(), axis.is_lattice() ? axis.count() : 0u);
+  return axis;
+}
+
+/// `many` multiples of 2^e fill a block of the scan, then `last` comes: does the axis take it for what it is?
+void expect_last_is_seen(int e, double many, double last) {
+  if (!std::isfinite(last) || last == 0 || !std::isfinite(many)) return;
+  const int exponent = std::min(lowest_bit(many), lowest_bit(last));
+  for (const std::size_t before : {1u, 127u, 128u, 255u}) {
+    std::vector<double> rows(before + 1, many);
+    rows[0] = many + std::ldexp(many < 0 ? -1 : 1, e);
+    if (!std::isfinite(rows[0]) || lowest_bit(rows[0]) < e) return;
+    rows.push_back(last);
+    const Axis axis = axis_of_rows(rows, before % 6);
+    for (const double x : rows)
+      ASSERT_EQ(axis.coordinate(axis.ordinal(x)), x) << std::hexfloat << many << last;
+    const int unit = std::min(exponent, lowest_bit(rows[0]));
+    const auto [least, most] = std::ranges::minmax(rows);
+    const long double steps = std::ldexp(static_cast<long double>(most) - least, -unit);
+    ASSERT_EQ(axis.is_lattice(), steps < 4294967294.0L) << std::hexfloat << many << ' ' << last;
+    if (axis.is_lattice()) {
+      ASSERT_EQ(axis.exponent(), unit) << std::hexfloat << many << ' ' << last;
+    }
+  }
+}
+
+TEST(Axis, EveryBinadeOfEveryUnitIsSeenInEveryBlock) {
+  for (int e = -1074; e <= 971; e += e < -1066 || e > 965 || std::abs(e) < 2 ? 1 : 97)
+    for (int binade = 0; binade <= 53; binade += binade < 2 || binade > 48 ? 1 : 13)
+      for (const double sign : {-1.0, 1.0})
+        for (const double many : {0x1p0, std::ldexp(1.0, binade), std::ldexp(1.5, binade)})
+          for (const double edge : {std::ldexp(1.0, binade), std::ldexp(1.5, binade)})
+            for (const double step : {-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0})
+              expect_last_is_seen(e, sign * std::ldexp(many, e), sign * std::ldexp(edge + step, e));
+}
+
+/// Random coordinates close to a power of two times a random unit, with few bits below the unit.
+std::vector<double> random_rows(std::mt19937_64& random) {
+  const int e = int(random() % 2000) - 1040;
+  const int binade = int(random() % 55);
+  const auto coordinate = [&] {
+    const double near = random() % 4 == 0 ? 0 : std::ldexp(1.0 + 0.5 * double(random() % 2), binade);
+    const double steps = std::ldexp(double(random() % 64) - 32, -int(random() % 3));
+    return (random() % 2 ? 1 : -1) * std::ldexp(near + steps, e);
+  };
+  std::vector<double> rows;
+  const std::size_t distinct = 1 + random() % 4;
+  for (std::size_t i = 0; i < distinct; ++i) {
+    const double x = coordinate();
+    rows.insert(rows.end(), random() % 2 ? 1 : 1 + random() % 130, std::isfinite(x) ? x : 0);
+  }
+  return rows;
+}
+
+TEST(Axis, DoesNotDependOnTheOrderOfRows) {
+  std::mt19937_64 random(20);
+  for (int set = 0; set < 200000; ++set) {
+    std::vector<double> rows = random_rows(random);
+    const std::size_t lane = random() % 6;
+    const Axis axis = axis_of_rows(rows, lane);
+    if (set % 2)
+      std::ranges::reverse(rows);
+    else
+      std::ranges::shuffle(rows, random);
+    const Axis other = axis_of_rows(rows, lane);
+    ASSERT_EQ(axis.is_lattice(), other.is_lattice()) << "set " << set;
+    ASSERT_EQ(axis.count(), other.count()) << "set " << set;
+    ASSERT_EQ(axis.exponent(), other.exponent()) << "set " << set;
+    for (const double x : rows) {
+      ASSERT_EQ(axis.ordinal(x), other.ordinal(x)) << "set " << set;
+      ASSERT_EQ(axis.coordinate(axis.ordinal(x)), x) << "set " << set;
+    }
+  }
+}
+
+TEST(Axis, EveryPermutationOfFewRowsIsTheSame) {
+  for (const double big : {0x1p51, 0x1.8p51, 0x1p52, 0x1.8p52, 0x1p53}) {
+    std::vector<std::pair<double, std::size_t>> runs = {
+        {-big, 128}, {-big + 0.5, 1}, {-big + 3, 128}, {big - 1, 1}};
+    std::ranges::sort(runs);
+    std::optional<Axis> first;
+    do {
+      std::vector<double> rows;
+      for (const auto& [x, count] : runs) rows.insert(rows.end(), count, x);
+      const Axis axis = axis_of_rows(rows, 1);
+      if (!first) first = axis;
+      EXPECT_EQ(axis.is_lattice(), first->is_lattice());
+      EXPECT_EQ(axis.exponent(), first->exponent());
+      for (const double x : rows) ASSERT_EQ(axis.coordinate(axis.ordinal(x)), x);
+    } while (std::ranges::next_permutation(runs).found);
+  }
 }
 
 TEST(Axis, AxesAreApart) {

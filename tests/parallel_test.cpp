@@ -62,6 +62,51 @@ TEST(Interruptible, LeavesOtherWorkAlone) {
   EXPECT_EQ(Interruptible::flag(), nullptr);
 }
 
+/// Where one piece of outer work fails, oneTBB cancels the loops within the others: each of these must throw,
+/// not return as if it had run.
+TEST(ParallelRanges, ThatDidNotRunThrow) {
+  for (int attempt = 0; attempt < 200; ++attempt) {
+    std::atomic<int> silent = 0;
+    const auto outer = [&](std::size_t begin, std::size_t) {
+      if (begin == std::size_t(attempt) % 64) throw Error(ErrorKind::resources, "one of many");
+      for (int again = 0; again < 20; ++again) {
+        std::atomic<std::size_t> count = 0;
+        parallel_ranges(0, 4096, 1, [&](std::size_t first, std::size_t last) { count += last - first; });
+        if (count != 4096) ++silent;
+      }
+    };
+    try {
+      parallel_ranges(0, 64, 1, outer);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::resources);
+    }
+    EXPECT_EQ(silent, 0);
+  }
+}
+
+TEST(ParallelRanges, CallTheHookBeforeEveryPiece) {
+  static std::atomic<int> calls;
+  static int fail_at;
+  const auto hook = [] {
+    if (++calls == fail_at) throw std::bad_alloc();
+  };
+  const auto work = [] {
+    parallel_ranges(0, 10, 100, [](std::size_t, std::size_t) {});  // one piece
+    parallel_ranges(0, 3, 1, [](std::size_t, std::size_t) {});
+  };
+  detail::before_piece = hook;
+  calls = 0;
+  work();
+  const int pieces = calls;
+  EXPECT_GE(pieces, 2);
+  EXPECT_LE(pieces, 4);
+  fail_at = 1;
+  calls = 0;
+  EXPECT_THROW(work(), std::bad_alloc);
+  detail::before_piece = nullptr;
+}
+
 /// How often a thread begins a piece of outer work while it waits for the inner work of another one.
 template <class Inner>
 int pieces_begun_amid_others(Inner&& inner) {
