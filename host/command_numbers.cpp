@@ -50,7 +50,8 @@ std::optional<std::uint64_t> parse_unit(std::string_view text) {
   if (unit.empty() || unit == "b") return 1;
   const std::size_t prefix = kPrefixes.find(unit.front());
   const std::string_view end = std::string_view(unit).substr(1);
-  if (prefix == kPrefixes.npos || (end != "" && end != "b" && end != "i" && end != "ib")) return std::nullopt;
+  if (prefix == kPrefixes.npos || (!end.empty() && end != "b" && end != "i" && end != "ib"))
+    return std::nullopt;
   return std::uint64_t{1024} << (10 * prefix);
 }
 

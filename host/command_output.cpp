@@ -1,6 +1,7 @@
 #include "host/command_output.hpp"
 
 #include <fmt/format.h>
+#include <limits.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -63,7 +64,9 @@ void print_results(const std::vector<Result>& results, bool json) {
 void print(std::string_view lines) {
   const std::string shown = printable_lines(lines);
   for (std::string_view rest = shown; !rest.empty();) {
-    const ::ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+    // A pipe takes so much whole or, where a signal comes first, not at all.
+    const ::ssize_t written =
+        ::write(STDOUT_FILENO, rest.data(), std::min<std::size_t>(rest.size(), PIPE_BUF));
     if (written >= 0)
       rest.remove_prefix(std::size_t(written));
     else if (errno == EINTR)  // by one of the signals that ask to stop
