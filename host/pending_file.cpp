@@ -32,6 +32,13 @@ std::filesystem::path follow_links(std::filesystem::path path) {
   return path;
 }
 
+/// In a sticky folder, as /tmp is, only the owners of the folder and of a file, and root, may replace that
+/// file.
+bool may_replace(const struct stat& file, const struct stat& folder) {
+  const ::uid_t user = ::geteuid();
+  return !(folder.st_mode & S_ISVTX) || user == 0 || user == folder.st_uid || user == file.st_uid;
+}
+
 /// Opens a file without a name that can be given one later; nothing if the system has none.
 Descriptor open_nameless([[maybe_unused]] const Descriptor& folder, [[maybe_unused]] ::mode_t mode) {
 #ifdef O_TMPFILE
@@ -65,19 +72,22 @@ PendingFile::PendingFile(std::string path) : path_(std::move(path)) {
   if (!folder_ && errno == ENOENT) cannot_create(folder + " does not exist");
   if (!folder_ && errno == ENOTDIR) cannot_create(folder + " is not a folder");
   if (!folder_) cannot_create(std::generic_category().message(errno));
-  struct stat status;
+  struct stat parent, old;
+  if (::fstat(folder_.get(), &parent) != 0) cannot_create(std::generic_category().message(errno));
   ::mode_t mode = 0666;
-  if (::fstatat(folder_.get(), name_.empty() ? "." : name_.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
-    if (S_ISDIR(status.st_mode)) cannot_create("it is a folder");
-    if (!S_ISREG(status.st_mode)) cannot_create("it exists and is not a regular file");
+  if (::fstatat(folder_.get(), name_.empty() ? "." : name_.c_str(), &old, AT_SYMLINK_NOFOLLOW) == 0) {
+    if (S_ISDIR(old.st_mode)) cannot_create("it is a folder");
+    if (S_ISLNK(old.st_mode)) cannot_create(std::generic_category().message(ELOOP));
+    if (!S_ISREG(old.st_mode)) cannot_create("it exists and is not a regular file");
     if (::faccessat(folder_.get(), name_.c_str(), W_OK, 0) != 0)
       cannot_create(std::generic_category().message(errno));
-    mode &= status.st_mode;  // what nobody else may read is not shown under a temporary name either
-    target_ = {status.st_dev, status.st_ino, ""};
+    if (!may_replace(old, parent))
+      cannot_create("it is another user's, in a folder where only they may replace it");
+    mode &= old.st_mode;  // what nobody else may read is not shown under a temporary name either
+    target_ = {old.st_dev, old.st_ino, ""};
   } else {
-    if (errno != ENOENT || ::fstat(folder_.get(), &status) != 0)
-      cannot_create(std::generic_category().message(errno));
-    target_ = {status.st_dev, status.st_ino, name_};
+    if (errno != ENOENT) cannot_create(std::generic_category().message(errno));
+    target_ = {parent.st_dev, parent.st_ino, name_};
   }
   file_ = open_nameless(folder_, mode);
   if (!file_) open_named(mode);
