@@ -2,11 +2,13 @@
 
 import datetime
 import json
+import math
 import os
 import pathlib
 import platform
 import re
 import shlex
+import statistics
 import subprocess
 import sys
 
@@ -85,6 +87,13 @@ def table(header, rows):
     """A Markdown table of anything that has a text."""
     lines = ["| " + " | ".join(map(str, row)) + " |" for row in [header, *rows]]
     return "\n".join([lines[0], "|" + "---|" * len(header), *lines[1:]])
+
+
+def exponent(points):
+    """The slope of log y over log x, by least squares."""
+    x, y = zip(*((math.log(a), math.log(b)) for a, b in points))
+    mean_x, mean_y = statistics.fmean(x), statistics.fmean(y)
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
 
 
 def virtual_python():

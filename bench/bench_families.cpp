@@ -1,0 +1,119 @@
+// One case of bench/families in a process of its own: a family of boxes, in some order, and what is made of
+// its union. Prints JSON: boxes, vertices and boxes of the result, the least wall seconds of as many runs as
+// fit a time (at least one), and the peak memory of the process after the first run.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "bench/timing.hpp"
+#include "core/adjacency.hpp"
+#include "core/components.hpp"
+#include "core/decomposition.hpp"
+#include "host/boundary.hpp"
+#include "host/engine.hpp"
+#include "tests/families.hpp"
+
+namespace boxunion {
+namespace {
+
+/// How large a result is.
+struct Output {
+  std::uint64_t vertices = 0, boxes = 0;
+};
+
+Output run_measure(const BoxSet& boxes) {
+  return {measure(boxes, {.device = "native"}).vertices, 0};
+}
+
+Output run_boundary(const BoxSet& boxes) {
+  const Options options{.device = "native"};
+  const Solid solid = unite(boxes, options);
+  find_boundary(solid, NonManifold::keep, options);
+  return {solid.vertices.size(), 0};
+}
+
+Output run_decompose(const BoxSet& boxes) {
+  const Solid solid = unite(boxes, {.device = "native"});
+  const Decomposition disjoint = decompose(make_evm(solid, {0, 1, 2}), BoxModel::cudb);
+  return {solid.vertices.size(), disjoint.boxes.size()};
+}
+
+Output run_label(const BoxSet& boxes) {
+  const Solid solid = unite(boxes, {.device = "native"});
+  const Decomposition disjoint = decompose(make_evm(solid, {2, 1, 0}), BoxModel::cudb);
+  label_components(find_neighbors(disjoint, Connectivity::faces));
+  return {solid.vertices.size(), disjoint.boxes.size()};
+}
+
+using Work = Output (*)(const BoxSet&);
+const std::map<std::string, Work> kWorks = {
+    {"measure", run_measure}, {"boundary", run_boundary}, {"decompose", run_decompose}, {"label", run_label}};
+
+/// The most memory that this program has held; what it was before it became this program does not count.
+std::uint64_t peak_bytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return 1024 * std::stoull(line.substr(6));
+  throw std::runtime_error("/proc/self/status has no VmHWM");
+}
+
+void run(const Family& family, std::size_t size, RowOrder order, Work work, double turn) {
+  const BoxSet boxes = reorder(family.make(size), order);
+  Output output;
+  double least = seconds_of([&] { output = work(boxes); }), sum = least;
+  const std::uint64_t peak = peak_bytes();
+  while (sum < turn) {
+    const double seconds = seconds_of([&] { work(boxes); });
+    least = std::min(least, seconds);
+    sum += seconds;
+  }
+  fmt::print(R"({{"boxes": {}, "vertices": {}, "output_boxes": {}, "seconds": {:.6g}, "peak_bytes": {}}})"
+             "\n",
+             boxes.size(), output.vertices, output.boxes, least, peak);
+}
+
+const Family& find_family(const std::string& name) {
+  for (const Family& family : families())
+    if (family.name == name) return family;
+  throw std::runtime_error("no family " + name);
+}
+
+int run_command(int argc, char** argv) {
+  CLI::App app("One case of bench/families");
+  std::string family, work;
+  std::size_t size = 0;
+  RowOrder order = RowOrder::given;
+  bool list = false;
+  double turn = 0;
+  app.add_flag("--list", list, "Print the names of the families and what they are");
+  app.add_option("family", family);
+  app.add_option("size", size, "About how many boxes")->check(CLI::Range(1, 100'000'000));
+  std::map<std::string, RowOrder> orders;
+  for (const RowOrder o : kRowOrders) orders[name(o)] = o;
+  app.add_option("order", order)->transform(CLI::CheckedTransformer(orders));
+  app.add_option("work", work)->check(CLI::IsMember(kWorks));
+  app.add_option("--repeat", turn, "Seconds for which runs are repeated")->type_name("SECONDS");
+  CLI11_PARSE(app, argc, argv);
+  if (list)
+    for (const Family& f : families()) fmt::print("{} {}\n", f.name, f.what);
+  else
+    run(find_family(family), size, order, kWorks.at(work), turn);
+  return 0;
+}
+
+}  // namespace
+}  // namespace boxunion
+
+int main(int argc, char** argv) try {
+  return boxunion::run_command(argc, argv);
+} catch (const std::exception& e) {
+  fmt::print(stderr, "{}\n", e.what());
+  return 1;
+}
