@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/sanitized.hpp"
 #include "tests/temporary.hpp"
 
 namespace boxunion {
@@ -21,15 +22,6 @@ struct Outcome {
 /// The folder of the tests, where the command is too.
 inline std::string program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
-extern "C" void __asan_init() __attribute__((weak));
-extern "C" void __tsan_init() __attribute__((weak));
-
-/// Whether the library and the command were built with sanitizers that reserve more memory than any limit.
-/// The tests themselves may be the same objects, so this is known only when they run.
-inline bool sanitized() {
-  return __asan_init != nullptr || __tsan_init != nullptr;
 }
 
 /// Seconds after which a run of some million boxes has begun and not ended.
