@@ -1,5 +1,5 @@
 // Every family of boxes, small: results are those of brute force and of the other method, in every order of
-// rows.
+// rows, and the work grows no faster than input and output.
 
 #include "tests/families.hpp"
 
@@ -119,6 +119,21 @@ TEST_P(Families, OrderOfRowsAndMethodChangeNoBit) {
       }
     EXPECT_EQ(measure(rows, kCells), mass) << name(order);
   }
+}
+
+/// Cells and what they hold, by boxes and vertices; most where boxes lie deep over each other.
+TEST_P(Families, WorkIsLinearInInputAndOutput) {
+  for (const std::size_t size : {1500, 6000})
+    for (const RowOrder order : kRowOrders) {
+      const BoxSet rows = boxes(size, order);
+      Report measured, united;
+      const MassProperties mass = measure(rows, kCells, &measured);
+      unite(rows, kCells, &united);
+      for (const CellStatistics& work : {measured.cells, united.cells}) {
+        const std::uint64_t steps = work.cells + work.items + work.covered_cells;
+        EXPECT_LE(steps, 32 * (rows.size() + mass.vertices)) << size << ' ' << name(order);
+      }
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Families, testing::ValuesIn(families().begin(), families().end()),
