@@ -10,12 +10,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
 #include <thread>
 
+#include "core/generate_volume.hpp"
 #include "host/files.hpp"
 #include "tests/sanitized.hpp"
 #include "tests/soak/processes.hpp"
@@ -24,8 +26,6 @@
 
 namespace boxunion::soak {
 namespace {
-
-constexpr const char* kInputs[] = {"in.npy", "other.npy"};
 
 void add(std::vector<std::string>& arguments, std::initializer_list<std::string> more) {
   arguments.insert(arguments.end(), more);
@@ -47,32 +47,35 @@ void add_command(Random& random, CommandJob& job) {
   const std::string connectivity = random.one_of<std::string>({"6", "26"});
   switch (random.below(6)) {
     case 0:
-      job.arguments = {"measure", kInputs[0]};
+      job.arguments = {"measure", job.inputs[0]};
       if (random.one_in(3)) add(job.arguments, {"--statistics"});
       break;
     case 1:
-      job.arguments = {"boundary", kInputs[0]};
+      job.arguments = {"boundary", job.inputs[0]};
       add_boundary_output(random, job);
       break;
     case 2:
-      job.arguments = {"decompose", kInputs[0]};
+      job.arguments = {"decompose", job.inputs[0]};
       add(job.arguments, {"--model", random.one_of<std::string>({"evm", "oudb", "cudb"})});
       add(job.arguments, {"--order", random.one_of<std::string>({"xyz", "yzx", "zxy", "zyx", "best"})});
       if (random.one_in(3)) add(job.arguments, {"--connectivity", connectivity});
       add_box_output(random, job, "-o", "out");
       break;
     case 3:
-      job.arguments = {"label", kInputs[0], "--connectivity", connectivity};
+      job.arguments = {"label", job.inputs[0], "--connectivity", connectivity};
       add_box_output(random, job, "-o", "out");
+      if (!job.family) job.outputs = {"out.npy"}, job.arguments.back() = "out.npy";  // labels of voxels
       if (random.one_in(2)) add_box_output(random, job, "--components", "components");
       break;
     case 4:
       job.arguments = {"combine", random.one_of<std::string>({"A and B", "A or B", "A xor B", "A not B"}),
-                       std::string("A=") + kInputs[0], std::string("B=") + kInputs[1]};
+                       "A=" + job.inputs[0], "B=other.npy"};
+      job.inputs.push_back("other.npy");
       if (random.one_in(2)) add_boundary_output(random, job);
       if (random.one_in(2)) add_box_output(random, job, "--boxes", "boxes");
       break;
     default:
+      job.inputs.clear();
       job.arguments = {"generate", "boxes", "--count", "20000000", "--max-edge", "100"};
       add_box_output(random, job, "-o", "out");
   }
@@ -85,17 +88,23 @@ bool takes_memory(const CommandJob& job) {
 /// Writes the boxes in a process of its own, so that this one stays small: what a process has when it starts
 /// another one counts in the peak memory of that.
 void write_inputs(const CommandJob& job, const TemporaryFolder& folder) {
-  if (job.arguments[0] == "generate") return;
+  if (job.inputs.empty()) return;
   run_in_child([&] {
-    const BoxSet boxes = reorder(job.family->make(job.size), job.order);
-    write_boxes(boxes, open_output(folder.file(kInputs[0])));
-    if (job.arguments[0] != "combine") return;
+    if (!job.family) {
+      const auto edge = std::int64_t(std::cbrt(20.0 * double(job.size)));
+      const Volume volume = generate_porous({edge, edge, edge}, {.pores = 0.6, .feature = 3}, job.size);
+      write_volume<std::uint8_t>(volume.grid, volume.inside, open_output(folder.file(job.inputs[0])));
+    }
+    const Family& family = job.family ? *job.family : families()[0];
+    const BoxSet boxes = reorder(family.make(job.size), job.order);
+    if (job.family) write_boxes(boxes, open_output(folder.file(job.inputs[0])));
+    if (job.inputs.size() == 1) return;
     std::vector<Box> moved;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       moved.push_back(boxes[i]);
       for (const std::size_t axis : {0, 3}) moved.back()[axis] += 5;
     }
-    write_boxes(moved, open_output(folder.file(kInputs[1])));
+    write_boxes(moved, open_output(folder.file(job.inputs[1])));
   });
 }
 
@@ -125,7 +134,7 @@ pid_t start(const CommandJob& job, const CommandOptions& options, const Temporar
   if (child < 0) throw std::runtime_error("cannot fork");
   if (child > 0) return child;
   const auto open = [&](const char* file, int descriptor) {
-    ::dup2(::open(folder.file(file).c_str(), O_WRONLY | O_CREAT, 0600), descriptor);
+    ::dup2(::open(folder.file(file).c_str(), O_WRONLY), descriptor);
   };
   open(".out", STDOUT_FILENO);
   open(".err", STDERR_FILENO);
@@ -187,8 +196,7 @@ std::string check_status(const CommandJob& job, const CommandOptions& options, c
 std::string check_files(const CommandJob& job, const End& end, const TemporaryFolder& folder) {
   const bool done = WIFEXITED(end.status) && WEXITSTATUS(end.status) == 0;
   std::set<std::string> expected = {"scratch", ".out", ".err"};
-  if (job.arguments[0] != "generate") expected.insert(kInputs[0]);
-  if (job.arguments[0] == "combine") expected.insert(kInputs[1]);
+  expected.insert(job.inputs.begin(), job.inputs.end());
   for (const std::string& output : job.outputs) {
     if (done || job.outputs_exist) expected.insert(output);
     const bool exists = std::filesystem::exists(folder.file(output));
@@ -207,7 +215,8 @@ std::string check_files(const CommandJob& job, const End& end, const TemporaryFo
 CommandJob make_command_job(std::uint64_t seed, const CommandOptions& options) {
   Random random(seed);
   CommandJob job;
-  job.family = &families()[std::size_t(random.below(int(families().size())))];
+  if (!random.one_in(8)) job.family = &families()[std::size_t(random.below(int(families().size())))];
+  job.inputs = {job.family && random.one_in(4) ? "in.csv" : "in.npy"};
   job.order = kRowOrders[random.below(3)];
   add_command(random, job);
   job.outputs_exist = random.one_in(2);
@@ -218,7 +227,7 @@ CommandJob make_command_job(std::uint64_t seed, const CommandOptions& options) {
   if (takes_memory(job) && (!job.signal || random.one_in(3)))
     job.megabytes = std::uint64_t(random.between(100, 1000));
   if (job.megabytes) add(job.arguments, {"--memory", fmt::format("{}M", *job.megabytes)});
-  job.size = std::size_t(job.signal ? random.between(20'000, 400'000) : random.between(100, 60'000));
+  job.size = std::size_t(job.signal ? random.between(20'000, 400'000) : random.between(100, 200'000));
   if (job.arguments[0] != "combine" && job.arguments[0] != "generate" && job.arguments[0] != "label" &&
       job.signal && random.one_in(5))
     add(job.arguments, {"--method", "slices"});
@@ -227,8 +236,8 @@ CommandJob make_command_job(std::uint64_t seed, const CommandOptions& options) {
 }
 
 std::string name(const CommandJob& job) {
-  return fmt::format("boxunion {}; {} {} {}{}", fmt::join(job.arguments, " "), job.family->name, job.size,
-                     name(job.order),
+  return fmt::format("boxunion {}; {} {} {}{}", fmt::join(job.arguments, " "),
+                     job.family ? job.family->name : "porous volume", job.size, name(job.order),
                      job.signal ? fmt::format("; signal {} after {:.3f} s", job.signal, job.moment) : "");
 }
 
@@ -236,6 +245,8 @@ std::string run(const CommandJob& job, const CommandOptions& options, std::map<s
   const TemporaryFolder folder;
   write_inputs(job, folder);
   std::filesystem::create_directory(folder.file("scratch"));
+  for (const char* const file : {".out", ".err"})
+    folder.write(file, "");  // a signal may come before the command
   if (job.outputs_exist)
     for (const std::string& output : job.outputs) folder.write(output, "old");
   End end = wait_for(start(job, options, folder), job, options);

@@ -12,9 +12,10 @@ namespace boxunion::soak {
 
 /// A run of the command, with a signal at some moment, a budget of memory, or both.
 struct CommandJob {
-  const Family* family = nullptr;
-  std::size_t size = 0;
+  const Family* family = nullptr;  ///< none: a porous volume
+  std::size_t size = 0;            ///< boxes, about
   RowOrder order = RowOrder::given;
+  std::vector<std::string> inputs;  ///< files that it reads
   std::vector<std::string> arguments;
   std::vector<std::string> outputs;        ///< files that it writes
   bool outputs_exist = false;              ///< before the run

@@ -87,12 +87,12 @@ class Worker {
   Worker(std::uint64_t first, std::uint64_t end, bool native) : next_(first), end_(end) {
     int ends[2];
     if (::pipe(ends) != 0) throw std::runtime_error("cannot make a pipe");
-    ::setenv("TMPDIR", folder_.path().c_str(), 1);
     std::fflush(nullptr);
     child_ = ::fork();
     if (child_ < 0) throw std::runtime_error("cannot fork");
     if (child_ == 0) {
       ::close(ends[0]);
+      ::setenv("TMPDIR", folder_.path().c_str(), 1);
       work(first, end, native, ::fdopen(ends[1], "w"));
       std::fflush(nullptr);
       ::_exit(0);
