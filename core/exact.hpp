@@ -76,6 +76,44 @@ constexpr Words<N + 1> operator*(const Words<N>& a, std::uint64_t b) {
   return product;
 }
 
+/// sum += a * b modulo 2^64N; quick where the compiler knows all sizes.
+template <std::size_t N, std::size_t A, std::size_t B>
+constexpr void add_product(Words<N>& sum, const Words<A>& a, const Words<B>& b) {
+  UInt128 column = 0;
+  for (std::size_t k = 0; k < N; ++k) {
+    std::uint64_t carry = __builtin_add_overflow(column, UInt128(sum[k]), &column);
+    for (std::size_t i = k < B ? 0 : k - B + 1; i < A && i <= k; ++i)
+      carry += __builtin_add_overflow(column, UInt128(a[i]) * b[k - i], &column);
+    sum[k] = static_cast<std::uint64_t>(column);
+    column = column >> 64 | UInt128(carry) << 64;
+  }
+}
+
+/// Adds modulo 2^64N.
+template <std::size_t N>
+constexpr Words<N>& operator+=(Words<N>& a, const Words<N>& b) {
+  UInt128 carry = 0;
+  for (std::size_t i = 0; i < N; ++i) {
+    carry += UInt128(a[i]) + b[i];
+    a[i] = static_cast<std::uint64_t>(carry);
+    carry >>= 64;
+  }
+  return a;
+}
+
+/// Subtracts modulo 2^64N.
+template <std::size_t N>
+constexpr Words<N> operator-(const Words<N>& a, const Words<N>& b) {
+  Words<N> difference{};
+  std::uint64_t borrow = 0;
+  for (std::size_t i = 0; i < N; ++i) {
+    const UInt128 word = UInt128(a[i]) - b[i] - borrow;
+    difference[i] = static_cast<std::uint64_t>(word);
+    borrow = static_cast<std::uint64_t>(word >> 64) & 1;
+  }
+  return difference;
+}
+
 /// An exact sum of numbers +-words * 2^(exponent + 8 * place).
 ///
 /// Numbers of each place and sign have a sum of their own, one 128-bit integer a word: an addition shifts

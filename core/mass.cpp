@@ -8,33 +8,12 @@
 
 #include "core/error.hpp"
 #include "core/exact.hpp"
+#include "core/mass_totals.hpp"
 #include "core/octants.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
 namespace {
-
-/// The sums of a union, each of weight * x^i * y^j * z^k over the vertices; kPowers holds (i, j, k).
-constexpr unsigned kVolume = 0, kFirst = 1, kSecond = 4, kArea = 10, kLength = 13, kSums = 16;
-constexpr auto kPowers = [] {
-  std::array<std::array<int, 3>, kSums> powers{};
-  powers[kVolume] = {1, 1, 1};
-  for (unsigned a = 0; a < 3; ++a) {
-    powers[kFirst + a] = powers[kSecond + a] = powers[kSecond + 3 + a] = powers[kArea + a] = {1, 1, 1};
-    powers[kFirst + a][a] = 2;
-    powers[kSecond + a][a] = 3;
-    powers[kSecond + 3 + a][a] = powers[kSecond + 3 + a][(a + 1) % 3] = 2;
-    powers[kArea + a][a] = 0;
-    powers[kLength + a][a] = 1;
-  }
-  return powers;
-}();
-using Totals = std::array<Dyadic, kSums>;
-
-/// The exponent of the product x^i * y^j * z^k of numbers with these exponents.
-constexpr int product_exponent(unsigned sum, const std::array<int, 3>& exponents) {
-  return kPowers[sum][0] * exponents[0] + kPowers[sum][1] * exponents[1] + kPowers[sum][2] * exponents[2];
-}
 
 /// Counts and bounds in ordinals.
 struct Tally {
@@ -327,13 +306,6 @@ void move_to_coordinates(Totals& totals, const Axes& axes) {
 
 }  // namespace
 
-struct MassTotals::Sums {
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Totals totals;  // in coordinates
-  std::uint64_t vertices = 0, extreme = 0;
-  std::array<double, 3> lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
-};
-
 struct MassSink::Sums {
   explicit Sums(Axes a) : axes(std::move(a)), shares(make_shares(axes)) {}
   Axes axes;
@@ -390,6 +362,7 @@ MassTotals MassSink::totals() const {
 }
 
 MassTotals::MassTotals() : sums_(std::make_unique<Sums>()) {}
+MassTotals::MassTotals(std::unique_ptr<Sums> sums) : sums_(std::move(sums)) {}
 MassTotals::MassTotals(MassTotals&&) noexcept = default;
 MassTotals& MassTotals::operator=(MassTotals&&) noexcept = default;
 MassTotals::~MassTotals() = default;

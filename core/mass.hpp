@@ -59,8 +59,11 @@ struct LatticeSums {
 /// MassSink.
 class MassTotals {
  public:
+  struct Sums;  // mass_totals.hpp
+
   /// Of nothing.
   MassTotals();
+  explicit MassTotals(std::unique_ptr<Sums> sums);
   MassTotals(MassTotals&&) noexcept;
   MassTotals& operator=(MassTotals&&) noexcept;
   ~MassTotals();
@@ -70,7 +73,6 @@ class MassTotals {
 
  private:
   friend class MassSink;
-  struct Sums;
   std::unique_ptr<Sums> sums_;
 };
 

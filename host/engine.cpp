@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/anchored.hpp"
 #include "core/error.hpp"
 #include "host/cells_method.hpp"
 #include "host/slices_method.hpp"
@@ -10,13 +11,6 @@
 
 namespace boxunion {
 namespace {
-
-/// The ordinals of the boxes; the method cells reads those of three lattices by itself.
-Ordinals find_ordinals(std::span<const BoxSet> sets, const Options& options) {
-  if (options.method == Method::cells)
-    if (std::optional<Axes> axes = find_lattices(sets)) return {std::move(*axes), {}, {}};
-  return make_ordinals(sets);
-}
 
 /// An expression over sets of boxes, and how it is to be found.
 struct Job {
@@ -37,29 +31,78 @@ void check(const Job& job) {
   for (const BoxSet& set : job.sets) validate(set);
 }
 
-/// Runs the method that the options ask for; see combine_by_cells about `vertices` and `mass`.
-void combine(const Job& job, Ordinals ordinals, VertexSink* vertices, MassSink* mass, Report& report) {
-  if (job.options.method == Method::cells)
-    combine_by_cells(job.expression, job.sets, std::move(ordinals), job.options, vertices, mass, report);
-  else
-    unite_by_slices(std::move(ordinals.boxes), job.options, mass ? *mass : *vertices, report);
+/// The corner that all boxes share, if they are to be swept.
+std::optional<CommonCorner> find_corner(const Job& job) {
+  const Options& options = job.options;
+  if (options.method != Method::automatic || options.kernel != CellKernel::occupancy) return std::nullopt;
+  if (options.device != "auto" && options.device != "native") return std::nullopt;
+  if (job.sets.size() != 1 || !job.expression.is_union()) return std::nullopt;
+  return find_common_corner(job.sets[0]);
 }
 
-/// What every run begins and ends with: f(ordinals, report) does the rest, on the threads asked for.
-template <class F>
-void run(const Job& job, Report* report, F&& f) {
-  Report own;
-  Report& r = report ? *report : own;
-  r = {};
-  with_threads(job.options.threads, job.options.interrupted, [&] {
-    Stopwatch watch(r);
-    check(job);
-    Ordinals ordinals = find_ordinals(job.sets, job.options);
-    watch.lap("ordinals");
-    f(std::move(ordinals), r);
-    watch.total();
-  });
+void report_sweep(Report& report) {
+  report.method = "staircase";
+  report.kernel = "none";
+  report.device = "native";
 }
+
+/// One run, on the threads asked for: f(*this) does it.
+class Run {
+ public:
+  template <class F>
+  Run(const Job& job, Report* report, F&& f) : job_(job), report_(report ? *report : own_report_) {
+    report_ = {};
+    with_threads(job.options.threads, job.options.interrupted, [&] {
+      Stopwatch watch(report_);
+      check(job);
+      corner_ = find_corner(job);
+      f(*this, report_);
+      watch.total();
+    });
+  }
+
+  /// The sums of boxes with a common corner, if they can be found without vertices.
+  std::optional<MassTotals> sum_anchored() {
+    if (!corner_ || job_.options.statistics) return std::nullopt;
+    Stopwatch watch(report_);
+    std::optional<MassTotals> totals = boxunion::sum_anchored(job_.sets[0], *corner_);
+    if (totals) report_sweep(report_);
+    watch.lap("staircase");
+    return totals;
+  }
+
+  /// The ordinals of the boxes; the method cells reads those of three lattices by itself.
+  Ordinals find_ordinals() {
+    Stopwatch watch(report_);
+    std::optional<Axes> lattices;
+    if (job_.options.method != Method::slices && !corner_) lattices = find_lattices(job_.sets);
+    Ordinals ordinals = lattices ? Ordinals{std::move(*lattices), {}, {}} : make_ordinals(job_.sets);
+    watch.lap("ordinals");
+    return ordinals;
+  }
+
+  /// Runs the method that the options ask for; see combine_by_cells about `vertices` and `mass`.
+  void combine(Ordinals ordinals, VertexSink* vertices, MassSink* mass) {
+    VertexSink& sink = mass ? *mass : *vertices;
+    if (corner_) {
+      report_sweep(report_);
+      Stopwatch watch(report_);
+      unite_anchored(ordinals.boxes, *corner_, sink);
+      watch.lap("staircase");
+    } else if (job_.options.method == Method::slices) {
+      unite_by_slices(std::move(ordinals.boxes), job_.options, sink, report_);
+    } else {
+      combine_by_cells(job_.expression, job_.sets, std::move(ordinals), job_.options, vertices, mass,
+                       report_);
+    }
+  }
+
+ private:
+  const Job& job_;
+  Report own_report_;
+  Report& report_;
+  std::optional<CommonCorner> corner_;
+};
 
 }  // namespace
 
@@ -67,16 +110,21 @@ MassProperties measure(const Expression& expression, std::span<const BoxSet> set
                        Report* report) {
   const Job job{expression, sets, options};
   MassProperties result;
-  run(job, report, [&](Ordinals ordinals, Report& r) {
+  Run(job, report, [&](Run& run, Report& r) {
+    if (const std::optional<MassTotals> totals = run.sum_anchored()) {
+      result = totals->result();
+      return;
+    }
+    Ordinals ordinals = run.find_ordinals();
     MassSink sink(ordinals.axes);
     if (options.statistics) {
       MaskCounter counter(sink);
-      combine(job, std::move(ordinals), &counter, nullptr, r);
+      run.combine(std::move(ordinals), &counter, nullptr);
       Stopwatch sums(r);
       r.statistics = {sum_boxes(sets[0]), vertex_kinds(counter.counts())};
       sums.lap("statistics");
     } else {
-      combine(job, std::move(ordinals), nullptr, &sink, r);
+      run.combine(std::move(ordinals), nullptr, &sink);
     }
     result = sink.result();
   });
@@ -87,9 +135,10 @@ Solid combine(const Expression& expression, std::span<const BoxSet> sets, const 
               Report* report) {
   const Job job{expression, sets, options};
   Solid solid;
-  run(job, report, [&](Ordinals ordinals, Report& r) {
+  Run(job, report, [&](Run& run, Report& r) {
+    Ordinals ordinals = run.find_ordinals();
     SolidSink sink(ordinals.axes);
-    combine(job, std::move(ordinals), &sink, nullptr, r);
+    run.combine(std::move(ordinals), &sink, nullptr);
     Stopwatch sort(r);
     solid = sink.take();
     sort.lap("sort");

@@ -21,7 +21,11 @@
 namespace boxunion {
 
 /// How the union is computed; the result is the same to the last bit.
-enum class Method { cells, slices };
+enum class Method {
+  automatic,  ///< cells, or on the host a sweep of its own for boxes that share a corner
+  cells,
+  slices
+};
 
 /// What computes a cell; the result is the same to the last bit.
 enum class CellKernel {
@@ -44,7 +48,7 @@ struct Tuning {
 
 /// What a run is asked to do, beside its boxes.
 struct Options {
-  Method method = Method::cells;
+  Method method = Method::automatic;
   CellKernel kernel = CellKernel::occupancy;
   std::string device = "auto";  ///< see open_device
   int threads = 0;              ///< threads of the host, 0 for one per core
@@ -70,8 +74,8 @@ struct Statistics {
 
 /// How a run went.
 struct Report {
-  std::string method;  ///< "cells", "slices"
-  std::string kernel;  ///< "occupancy", "faces", "contour"
+  std::string method;  ///< "cells", "slices", "staircase"
+  std::string kernel;  ///< "occupancy", "faces", "contour", "none"
   std::string device;  ///< DeviceInfo::id of the device that was used
   /// Seconds by stage in order of work; the last is "total", from boxes in memory to the result.
   std::vector<std::pair<std::string, double>> seconds;

@@ -413,7 +413,7 @@ class ExternalUnion::Run {
         const double slabs = (double(done) + fraction * double(count)) / double(all);
         show_progress(boxes_in_slabs_ == 0 ? slabs : kCutShare + (1 - kCutShare) * slabs);
       };
-    if (options.method == Method::cells) {
+    if (options.method != Method::slices) {
       combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
     } else {
       RegionFilter filter(*slab.region, sink);

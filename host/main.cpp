@@ -431,8 +431,9 @@ class CommandLine {
   }
 
   void add_engine_options(CLI::App* sub) {
-    add_choice(sub, "--method", common_.engine.method, {{"cells", Method::cells}, {"slices", Method::slices}},
-               "How the union is computed: cells (default) or slices");
+    add_choice(sub, "--method", common_.engine.method,
+               {{"auto", Method::automatic}, {"cells", Method::cells}, {"slices", Method::slices}},
+               "How the union is computed: cells, slices, or what suits the boxes (auto, default)");
     add_choice(sub, "--kernel", common_.engine.kernel,
                {{"occupancy", CellKernel::occupancy}, {"faces", CellKernel::faces}},
                "What computes a cell: occupancy (default) or faces");

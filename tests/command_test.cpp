@@ -32,7 +32,7 @@ TEST_F(Command, WrongUsageExitsWith2) {
   expect_error("measure", 2, "FILE is required");
   expect_error("boundary a.csv", 2, "--output is required");
   expect_error("measure a.csv --fast", 2, "The following argument was not expected: --fast");
-  expect_error("measure a.csv --method magic", 2, "--method: magic not in {cells,slices}");
+  expect_error("measure a.csv --method magic", 2, "--method: magic not in {auto,cells,slices}");
   expect_error("measure a.csv --threads -1", 2,
                "--threads: found \"-1\", expected a whole number from 0 to 4096");
   expect_error("generate cubes --count 1 --edge 0 -o a.csv", 2, "edge is 0, expected 1 to 32768");
