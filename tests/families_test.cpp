@@ -27,7 +27,8 @@ class Families : public testing::TestWithParam<Family> {
   }
 };
 
-const Options kCells{.device = "native"};
+const Options kAutomatic{.device = "native"};
+const Options kCells{.method = Method::cells, .device = "native"};
 const Options kSlices{.method = Method::slices, .device = "native"};
 
 std::vector<Box> doubles(const BoxSet& boxes) {
@@ -74,7 +75,7 @@ TEST_P(Families, UnionsAreThoseOfBruteForce) {
   const Array<Vertex> vertices = brute_force_vertices(ordinal_boxes(few, make_axes(few)));
   const MassProperties mass = brute_force_mass(doubles(few));
   for (const RowOrder order : kRowOrders)
-    for (const Options& options : {kCells, kSlices}) {
+    for (const Options& options : {kAutomatic, kCells, kSlices}) {
       const BoxSet rows = boxes(18, order);
       EXPECT_EQ(unite(rows, options).vertices, vertices) << name(order);
       EXPECT_EQ(measure(rows, options), mass) << name(order);
@@ -110,14 +111,16 @@ TEST_P(Families, OrderOfRowsAndMethodChangeNoBit) {
   const MassProperties mass = measure(boxes(400), kSlices);
   for (const RowOrder order : kRowOrders) {
     const BoxSet rows = boxes(400, order);
-    const Solid again = unite(rows, kCells);
-    EXPECT_EQ(again.vertices, solid.vertices) << name(order);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const Vertex& v : solid.vertices) {
-        const std::uint32_t ordinal = std::array{v.x, v.y, v.z}[axis];
-        ASSERT_EQ(again.axes[axis].coordinate(ordinal), solid.axes[axis].coordinate(ordinal));
-      }
-    EXPECT_EQ(measure(rows, kCells), mass) << name(order);
+    for (const Options& options : {kAutomatic, kCells}) {
+      const Solid again = unite(rows, options);
+      EXPECT_EQ(again.vertices, solid.vertices) << name(order);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const Vertex& v : solid.vertices) {
+          const std::uint32_t ordinal = std::array{v.x, v.y, v.z}[axis];
+          ASSERT_EQ(again.axes[axis].coordinate(ordinal), solid.axes[axis].coordinate(ordinal));
+        }
+      EXPECT_EQ(measure(rows, options), mass) << name(order);
+    }
   }
 }
 

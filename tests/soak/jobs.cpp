@@ -91,6 +91,10 @@ const std::vector<Kind>& kinds() {
          const int size = 1 + r.below(range);
          return IntegerBox{0, 0, 0, size, size, size};
        }},
+      {"with a common corner",
+       [](Random& r, int range, int) {
+         return IntegerBox{r.below(range), r.below(range), r.below(range), range, range, range};
+       }},
       {"touching",
        [](Random& r, int range, int edge) {
          IntegerBox box = at(r, range / edge + 1, {1, 1, 1});
@@ -141,7 +145,8 @@ constexpr std::uint64_t kAmple = std::uint64_t{1} << 30;
 Slabs make_slabs(Random& random, const Job& job) {
   Slabs slabs;
   slabs.boxes = std::uint64_t(random.between(2, 2.0 * double(job.count)));
-  const bool lean = job.options.device == "native" && job.options.method == Method::cells && random.one_in(2);
+  const bool lean =
+      job.options.device == "native" && job.options.method != Method::slices && random.one_in(2);
   slabs.bytes = lean ? std::uint64_t(random.between(101 << 20, double(kAmple))) : 2 * kAmple;
   slabs.file =
       random.one_of<std::string>({"", "", "", "vertices.csv", "vertices.npy", "evm.npy", "oudb.npy",
@@ -163,8 +168,8 @@ Job make_job(std::uint64_t seed, const std::vector<std::string>& devices) {
   Job job;
   job.boxes = make_boxes(random, job);
   Options& options = job.options;
-  options.method = random.one_in(3) ? Method::slices : Method::cells;
-  if (job.count > 2000) options.method = Method::cells;
+  const Method fast = random.one_in(2) ? Method::automatic : Method::cells;
+  options.method = job.count <= 2000 && random.one_in(3) ? Method::slices : fast;
   options.kernel = job.count <= 300 && random.one_in(4) ? CellKernel::faces : CellKernel::occupancy;
   options.device = random.one_of(devices);
   options.threads = random.below(4);
@@ -193,13 +198,15 @@ std::string name(const Job& job) {
                 : "";
   const std::string disturbance =
       job.disturbance ? fmt::format(", disturbed at {:.3f}", *job.disturbance) : "";
-  return fmt::format("{}; {} {} on {}, {} threads, {} of {}, tile {}, cell {}, cell boxes {}{}{}{}{}",
-                     job.boxes_name, o.method == Method::slices ? "slices" : "cells",
-                     o.kernel == CellKernel::faces ? "faces" : "occupancy", o.device, o.threads,
-                     *o.tuning.shape == Shape::group ? "groups" : "items", o.tuning.workgroup,
-                     o.tuning.tile_coordinates, o.tuning.cell, o.tuning.cell_boxes,
-                     job.failure.empty() ? "" : ", fails at " + job.failure,
-                     job.at_once ? ", two at once" : "", disturbance, slabs);
+  return fmt::format(
+      "{}; {} {} on {}, {} threads, {} of {}, tile {}, cell {}, cell boxes {}{}{}{}{}", job.boxes_name,
+      o.method == Method::automatic ? "auto"
+      : o.method == Method::slices  ? "slices"
+                                    : "cells",
+      o.kernel == CellKernel::faces ? "faces" : "occupancy", o.device, o.threads,
+      *o.tuning.shape == Shape::group ? "groups" : "items", o.tuning.workgroup, o.tuning.tile_coordinates,
+      o.tuning.cell, o.tuning.cell_boxes, job.failure.empty() ? "" : ", fails at " + job.failure,
+      job.at_once ? ", two at once" : "", disturbance, slabs);
 }
 
 namespace {
