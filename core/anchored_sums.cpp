@@ -192,22 +192,28 @@ class SumVisitor {
   }
 
   void plane(std::uint64_t reach) {
-    Powers w;
-    set(w, 2, reach);
-    add_product(volume, section_, w.one);
-    add_product(first[0], section_u_, w.one);
-    add_product(first[1], section_v_, w.one);
-    add_product(first[2], section_, w.two);
-    add_product(second[0], section_uu_, w.one);
-    add_product(second[1], section_vv_, w.one);
-    add_product(second[2], section_, w.three);
-    add_product(second[3], section_uv_, w.one);
-    add_product(second[4], section_v_, w.two);
-    add_product(second[5], section_u_, w.two);
-    add_product(area[0], side_v_, w.one);
-    add_product(area[1], side_u_, w.one);
+    const Value value = axes_[2].value(reach);
+    const Product<1> w = words(value);
+    Product<3> volume_here{};
+    Product<4> first_u{}, first_v{}, first_w{};
+    add_product(volume_here, section_, w);
+    add_product(first_u, section_u_, w);
+    add_product(first_v, section_v_, w);
+    add_product(first_w, volume_here, w);
+    volume += volume_here;
+    first[0] += first_u;
+    first[1] += first_v;
+    first[2] += first_w;
+    add_product(second[0], section_uu_, w);
+    add_product(second[1], section_vv_, w);
+    add_product(second[2], first_w, w);
+    add_product(second[3], section_uv_, w);
+    add_product(second[4], first_v, w);
+    add_product(second[5], first_u, w);
+    add_product(area[0], side_v_, w);
+    add_product(area[1], side_u_, w);
     area[2] += section_;
-    add_length(2, std::exchange(along_w_, 0), w.value());
+    add_length(2, std::exchange(along_w_, 0), value);
     section_ = {}, section_u_ = {}, section_v_ = {}, section_uu_ = {}, section_uv_ = {}, section_vv_ = {};
     side_u_ = {}, side_v_ = {};
   }
@@ -256,6 +262,13 @@ class SumVisitor {
     Value at_;
   };
 
+  static Product<1> words(Value value) {
+    if constexpr (kBits <= 64)
+      return {value};
+    else
+      return {static_cast<std::uint64_t>(value), static_cast<std::uint64_t>(value >> 64)};
+  }
+
   /// A reach and its powers.
   struct Powers {
     Product<1> one;
@@ -270,9 +283,7 @@ class SumVisitor {
     }
   };
   void set(Powers& powers, unsigned axis, std::uint64_t reach) const {
-    const Value value = axes_[axis].value(reach);
-    powers.one[0] = static_cast<std::uint64_t>(value);
-    if constexpr (kBits > 64) powers.one[1] = static_cast<std::uint64_t>(value >> 64);
+    powers.one = words(axes_[axis].value(reach));
     powers.two = {}, powers.three = {};
     add_product(powers.two, powers.one, powers.one);
     add_product(powers.three, powers.two, powers.one);

@@ -81,9 +81,15 @@ template <std::size_t N, std::size_t A, std::size_t B>
 constexpr void add_product(Words<N>& sum, const Words<A>& a, const Words<B>& b) {
   UInt128 column = 0;
   for (std::size_t k = 0; k < N; ++k) {
-    std::uint64_t carry = __builtin_add_overflow(column, UInt128(sum[k]), &column);
-    for (std::size_t i = k < B ? 0 : k - B + 1; i < A && i <= k; ++i)
-      carry += __builtin_add_overflow(column, UInt128(a[i]) * b[k - i], &column);
+    std::uint64_t carry = 0;
+    column += sum[k];  // without a carry: the last columns leave at most 2^65
+    for (std::size_t i = k < B ? 0 : k - B + 1; i < A && i <= k; ++i) {
+      const UInt128 product = UInt128(a[i]) * b[k - i];
+      if constexpr (A == 1 || B == 1)
+        column += product;  // and at most 2^64 - 1 here
+      else
+        carry += __builtin_add_overflow(column, product, &column);
+    }
     sum[k] = static_cast<std::uint64_t>(column);
     column = column >> 64 | UInt128(carry) << 64;
   }

@@ -134,36 +134,41 @@ void StairSweep::sweep(Front& front, std::size_t first, std::size_t last, Visito
 template <class Visitor>
 bool StairSweep::lift(Front& front, std::span<const Step> plane, Visitor& visitor) const {
   constexpr std::uint32_t kNone = OrderedBitset::kNone;  // the greatest number
+  OrderedBitset& corners = front.corners;
   bool lifted = false;
   for (std::size_t i = 0; i < plane.size();) {
     std::uint32_t rank = plane[i].rank;
-    const std::uint32_t outer = front.corners.below(rank);
-    std::uint64_t above = outer == kNone ? 0 : front.heights[outer];  // on the outer side of the column
-    if (plane[i].v <= (front.corners.contains(rank) ? front.heights[rank] : above)) {
+    const std::uint32_t outer = corners.below(rank);
+    std::uint32_t corner = corners.contains(rank) ? rank : corners.above(rank);  // not above this column
+    StairColumn c;
+    c.outer_above = outer == kNone ? 0 : front.heights[outer];
+    if (plane[i].v <= (corner == rank ? front.heights[rank] : c.outer_above)) {
       ++i;
       continue;
     }
     lifted = true;
-    std::uint64_t below = above, height = 0;
+    c.outer_below = c.outer_above;
+    std::uint64_t height = 0;
     for (;;) {
-      const bool corner = front.corners.contains(rank);
-      const std::uint64_t inner_above = corner ? front.heights[rank] : above;
+      const bool at_corner = corner == rank;
+      c.u = u_[rank];
+      c.inner_above = at_corner ? front.heights[rank] : c.outer_above;
       for (; i < plane.size() && plane[i].rank == rank; ++i) height = std::max(height, plane[i].v);
-      const std::uint64_t inner_below = std::max(inner_above, height);
-      visitor.column({u_[rank], above, inner_above, below, inner_below});
-      if (inner_below > below) {
-        if (!corner) front.corners.insert(rank);
-        front.heights[rank] = inner_below;
-      } else if (corner) {
-        front.corners.erase(rank);
+      c.inner_below = std::max(c.inner_above, height);
+      visitor.column(c);
+      if (at_corner) corner = corners.above(rank);
+      if (c.inner_below > c.outer_below) {
+        if (!at_corner) corners.insert(rank);
+        front.heights[rank] = c.inner_below;
+      } else if (at_corner) {
+        corners.erase(rank);
       }
-      above = inner_above, below = inner_below;
-      if (above == below) break;
-      std::uint32_t next = front.corners.above(rank);
-      if (i < plane.size()) next = std::min(next, plane[i].rank);
-      rank = next;
+      c.outer_above = c.inner_above, c.outer_below = c.inner_below;
+      if (c.outer_above == c.outer_below) break;
+      rank = i < plane.size() ? std::min(corner, plane[i].rank) : corner;
       if (rank == kNone) {
-        visitor.column({0, above, 0, below, 0});
+        c.u = c.inner_above = c.inner_below = 0;
+        visitor.column(c);
         break;
       }
     }
