@@ -35,6 +35,7 @@ void check(const Job& job) {
 std::optional<CommonCorner> find_corner(const Job& job) {
   const Options& options = job.options;
   if (options.method != Method::automatic || options.kernel != CellKernel::occupancy) return std::nullopt;
+  if (options.statistics) return std::nullopt;  // they are those of cells
   if (options.device != "auto" && options.device != "native") return std::nullopt;
   if (job.sets.size() != 1 || !job.expression.is_union()) return std::nullopt;
   return find_common_corner(job.sets[0]);
@@ -63,7 +64,7 @@ class Run {
 
   /// The sums of boxes with a common corner, if they can be found without vertices.
   std::optional<MassTotals> sum_anchored() {
-    if (!corner_ || job_.options.statistics) return std::nullopt;
+    if (!corner_) return std::nullopt;
     Stopwatch watch(report_);
     std::optional<MassTotals> totals = boxunion::sum_anchored(job_.sets[0], *corner_);
     if (totals) report_sweep(report_);

@@ -22,7 +22,7 @@ namespace boxunion {
 
 /// How the union is computed; the result is the same to the last bit.
 enum class Method {
-  automatic,  ///< cells, or on the host a sweep of its own for boxes that share a corner
+  automatic,  ///< cells, or natively, without statistics, a sweep of its own for boxes that share a corner
   cells,
   slices
 };

@@ -169,7 +169,7 @@ TEST_F(Command, MeasurePrintsTheKeysOfTheContract) {
                                             "method", "seconds", "vertices", "volume"}));
   EXPECT_EQ(result.at("boxes"), 2);
   EXPECT_EQ(result.at("degenerate_boxes"), 1);
-  EXPECT_EQ(result.at("method"), "cells");
+  EXPECT_EQ(result.at("method"), "staircase");
   EXPECT_EQ(result.at("device"), "native");
   EXPECT_TRUE(result.at("seconds").contains("total"));
   EXPECT_EQ(result.at("volume"), 6);

@@ -245,7 +245,7 @@ TEST_P(UnluckyInput, CostsNearLinearWork) {
   for (const int n : {3000, 30000}) {
     const BoxSet set = unlucky.make(n);
     Report report;
-    const MassProperties mass = measure(set, {.device = "native"}, &report);
+    const MassProperties mass = measure(set, {.method = Method::cells, .device = "native"}, &report);
     const double work = double(report.cells.cells + report.cells.items);
     const double bound = unlucky.work * std::pow(n, unlucky.exponent) * std::log2(n);
     EXPECT_LE(work, bound) << n << " boxes, " << mass.vertices << " vertices";
