@@ -117,6 +117,7 @@ NeighborLists transposed(const NeighborLists& lists) {
 }  // namespace
 
 Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connectivity) {
+  validate(connectivity);
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
   const bool touch = connectivity == Connectivity::points;
   Adjacency adjacency;

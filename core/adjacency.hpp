@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +32,9 @@ struct Adjacency {
   /// Pairs of neighbours.
   std::uint64_t pairs() const { return forward[0].boxes.size() + forward[1].boxes.size(); }
   /// The memory of the lists, and of those of so many boxes and pairs.
-  std::uint64_t bytes() const { return bytes_of(forward[0].offsets.size() - 1, pairs()); }
+  std::uint64_t bytes() const {
+    return bytes_of(std::max<std::size_t>(forward[0].offsets.size(), 1) - 1, pairs());
+  }
   static constexpr std::uint64_t bytes_of(std::uint64_t boxes, std::uint64_t pairs) {
     return 4 * (boxes + 1) * sizeof(std::uint64_t) + 2 * pairs * sizeof(std::uint32_t);
   }

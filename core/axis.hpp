@@ -73,6 +73,10 @@ class Axis {
     return is_lattice() ? lattice_ordinals_(coordinate) : rank_ordinal(coordinate);
   }
 
+  friend bool operator==(const Axis& a, const Axis& b) {
+    return a.base_ == b.base_ && a.exponent_ == b.exponent_ && a.count_ == b.count_ && a.ranks_ == b.ranks_;
+  }
+
  private:
   std::uint32_t rank_ordinal(double coordinate) const;
   double lattice_coordinate(std::uint32_t ordinal) const;

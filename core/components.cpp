@@ -1,10 +1,13 @@
 #include "core/components.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "core/disjoint_sets.hpp"
+#include "core/error.hpp"
 #include "core/exact.hpp"
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
@@ -49,7 +52,11 @@ class VolumeSum {
 }  // namespace
 
 Labels label_components(const Adjacency& adjacency) {
-  const auto boxes = std::uint32_t(adjacency.backward[0].offsets.size() - 1);
+  const std::size_t offsets = adjacency.backward[0].offsets.size();
+  if (offsets != adjacency.backward[1].offsets.size())
+    throw Error(ErrorKind::usage, "the neighbours on the two axes are those of different numbers of boxes");
+  if (offsets == 0) return {};
+  const auto boxes = std::uint32_t(offsets - 1);
   DisjointSets sets(boxes, "joining boxes");
   parallel_ranges(0, boxes, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
@@ -67,7 +74,14 @@ Labels label_components(const Adjacency& adjacency) {
 
 std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels) {
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
-  std::vector<std::size_t> next(labels.count + 1, 0);  // place of a component's next box
+  validate(decomposition.order);
+  if (labels.labels.size() != boxes.size())
+    throw Error(ErrorKind::usage, fmt::format("{} boxes were given {} labels, expected as many", boxes.size(),
+                                              labels.labels.size()));
+  for (const std::uint32_t label : labels.labels)
+    if (label < 1 || label > labels.count)
+      throw Error(ErrorKind::usage, fmt::format("a box has label {}, expected 1 to {}", label, labels.count));
+  std::vector<std::size_t> next(std::size_t{labels.count} + 1, 0);  // place of a component's next box
   for (const std::uint32_t label : labels.labels) ++next[label];
   std::partial_sum(next.begin(), next.end(), next.begin());
   Array<std::uint32_t> sorted;  // boxes by label

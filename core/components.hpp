@@ -28,7 +28,8 @@ struct Component {
   std::array<std::array<double, 3>, 2> bounds{};  ///< x, y, z
 };
 
-/// The components of labelled boxes, in the order of the labels. Parallel.
+/// The components of labelled boxes, in the order of the labels. Parallel. Throws Error(usage) unless there
+/// is a label from 1 to the count for each box.
 std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels);
 
 /// The same of components of voxels, each a box; the volume is that of so many voxels, rounded once.

@@ -132,6 +132,7 @@ bool holds_int32(const Axis& axis) {
 }  // namespace
 
 Decomposition decompose(const Evm& evm, BoxModel model) {
+  validate(evm.order);
   Decomposition result{evm.axes, evm.order, {}};
   if (model == BoxModel::cudb) {
     join_parts(sweep_in_parts(evm), result.boxes);
@@ -156,6 +157,7 @@ std::uint64_t count_boxes(const Evm& evm, BoxModel model) {
 }
 
 Evm make_evm(const Decomposition& decomposition) {
+  validate(decomposition.order);
   Evm evm{decomposition.axes, decomposition.order, {}};
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
   Array<OrderedPoint<3>> corners;
@@ -179,6 +181,7 @@ bool hold_int32(const Axes& axes) {
 }
 
 BoxSet to_boxes(const Decomposition& decomposition) {
+  validate(decomposition.order);
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
   std::array<std::size_t, 3> place{};  // of x, y, z in the order
   for (std::size_t i = 0; i < 3; ++i) place[decomposition.order[i]] = i;

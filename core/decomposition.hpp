@@ -20,9 +20,11 @@ enum class BoxModel {
 /// Boxes that are disjoint and whose union is a solid.
 struct Decomposition {
   Axes axes;  ///< of x, y and z
-  AxisOrder order{};
+  AxisOrder order = kAxisOrders[0];
   std::vector<OrdinalBox> boxes;  ///< corners in the order A, B, C; sorted by their low corners
 };
+
+// These throw Error(usage) for an order that has an axis twice.
 
 /// The decomposition of a solid, in the order of its EVM. No two boxes touch along C. Throws
 /// Error(resources) if memory does not suffice or there are 2^32 boxes or more.

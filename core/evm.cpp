@@ -1,8 +1,10 @@
 #include "core/evm.hpp"
 
-#include <algorithm>
-#include <stdexcept>
+#include <fmt/format.h>
 
+#include <algorithm>
+
+#include "core/error.hpp"
 #include "core/octants.hpp"
 #include "core/radix_sort.hpp"
 #include "core/xor_merge.hpp"
@@ -102,7 +104,15 @@ void make_contour(const ExtremeVertices<2>& section, std::vector<ContourVertex>&
 
 }  // namespace
 
+void validate(const AxisOrder& order) {
+  if (!std::ranges::is_permutation(order, kAxisOrders[0]))
+    throw Error(ErrorKind::usage,
+                fmt::format("the order of the axes is {}, {}, {}, expected 0, 1 and 2 in any order", order[0],
+                            order[1], order[2]));
+}
+
 std::string to_string(const AxisOrder& order) {
+  validate(order);
   std::string name;
   for (const std::uint8_t axis : order) name += char('x' + axis);
   return name;
@@ -116,6 +126,7 @@ std::optional<AxisOrder> axis_order(std::string_view name) {
 }
 
 Evm make_evm(const Solid& solid, const AxisOrder& order) {
+  validate(order);
   constexpr AxisOrder kSolidOrder = {2, 1, 0};
   const auto extreme = [](const Vertex& v) { return kOctants[v.mask].extreme; };
   Evm evm{solid.axes, order, {}};
@@ -131,6 +142,8 @@ Evm make_evm(const Solid& solid, const AxisOrder& order) {
 }
 
 Evm reorder(const Evm& evm, const AxisOrder& order) {
+  validate(evm.order);
+  validate(order);
   Evm result = evm;
   if (order == evm.order) return result;
   result.order = order;
@@ -191,7 +204,12 @@ template class SectionSweep<3>;
 template class SectionSweep<2, std::uint64_t>;
 
 Evm combine(const Evm& p, const Evm& q, BooleanOperation operation) {
-  if (p.order != q.order) throw std::logic_error("combine: the operands are sorted in different orders");
+  validate(p.order);
+  if (p.order != q.order)
+    throw Error(ErrorKind::usage,
+                fmt::format("one operand is sorted by {}, the other by {}, expected one order",
+                            to_string(p.order), to_string(q.order)));
+  if (p.axes != q.axes) throw Error(ErrorKind::usage, "the operands have different axes, expected the same");
   Evm result{p.axes, p.order, {}};
   Combination<3> combination(operation);
   combination(p.vertices, q.vertices, result.vertices);

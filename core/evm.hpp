@@ -22,6 +22,8 @@ using AxisOrder = std::array<std::uint8_t, 3>;
 inline constexpr std::array<AxisOrder, 6> kAxisOrders = {
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
 
+/// Throws Error(usage) unless each axis is there once.
+void validate(const AxisOrder& order);
 /// "xyz", "xzy", ...
 std::string to_string(const AxisOrder& order);
 /// The order of such a name, if it is one.
@@ -54,7 +56,7 @@ using ExtremeVertices = std::vector<OrderedPoint<D, C>>;
 /// octant mask, ABC-sorted.
 struct Evm {
   Axes axes;  ///< of x, y and z
-  AxisOrder order{};
+  AxisOrder order = kAxisOrders[0];
   ExtremeVertices<3> vertices;  ///< ordinals in the order A, B, C
 
   /// x, y, z of a vertex.
@@ -64,6 +66,8 @@ struct Evm {
     return point;
   }
 };
+
+// These throw Error(usage) for an order that has an axis twice.
 
 /// The extreme vertices of a solid.
 Evm make_evm(const Solid& solid, const AxisOrder& order);
@@ -112,8 +116,8 @@ enum class BooleanOperation : std::uint8_t {
   exclude = 0b0110  ///< symmetric difference
 };
 
-/// The operation on two solids with the same axes and order, by sweeping their sections: recursively down to
-/// intervals of a line. Costs about the sum of the sizes of all their sections.
+/// The operation on two solids with the same axes and order (else it throws Error(usage)), by sweeping their
+/// sections: recursively down to intervals of a line. Costs about the sum of the sizes of all their sections.
 Evm combine(const Evm& p, const Evm& q, BooleanOperation operation);
 
 }  // namespace boxunion

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <limits>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -85,8 +86,7 @@ std::vector<Token> tokens_of(std::string_view text) {
   return tokens;
 }
 
-/// Dijkstra's shunting yard. Of every result so far it knows where its steps begin and how many stack places
-/// these need.
+/// Dijkstra's shunting yard. It makes a tree, whose nodes know how many stack places their steps need.
 class Parser {
  public:
   void parse(std::string_view text) {
@@ -99,22 +99,50 @@ class Parser {
     }
   }
 
+  /// The steps of the tree: of two results the one that needs more places comes first.
+  std::vector<Step> steps() const {
+    std::vector<Step> steps;  // from the last one to the first
+    for (std::vector<std::uint32_t> open = results_; !open.empty();) {
+      const Node& node = nodes_[open.back()];
+      open.pop_back();
+      Step& step = steps.emplace_back(node.step);
+      if (step.kind == Kind::operand) continue;
+      const bool is_reversed = nodes_[node.b].depth > nodes_[node.a].depth;
+      if (is_reversed && step.kind == Kind::difference) step.kind = Kind::reversed_difference;
+      open.push_back(is_reversed ? node.b : node.a);
+      open.push_back(is_reversed ? node.a : node.b);
+    }
+    std::ranges::reverse(steps);
+    return steps;
+  }
+
   std::vector<std::string> names;
   std::vector<std::size_t> columns;
-  std::vector<Step> steps;
 
  private:
-  struct Result {
-    std::size_t begin;
-    std::uint32_t depth;
+  /// An operand, or an operation on two nodes.
+  struct Node {
+    Step step;
+    std::uint32_t depth = 1, a = 0, b = 0;
   };
+
+  void push(const Node& node) {
+    if (nodes_.size() == std::numeric_limits<std::uint32_t>::max())
+      throw Error(ErrorKind::resources, "the expression has 2^32 operands and operations or more");
+    results_.push_back(std::uint32_t(nodes_.size()));
+    nodes_.push_back(node);
+  }
+  std::uint32_t pop() {
+    const std::uint32_t node = results_.back();
+    results_.pop_back();
+    return node;
+  }
 
   /// A name or an opening parenthesis. Does an operand still have to come?
   bool take_operand(const Token& token) {
     switch (token.kind) {
       case Token::Kind::name:
-        results_.push_back({steps.size(), 1});
-        steps.push_back({Kind::operand, operand(token)});
+        push({.step = {Kind::operand, operand(token)}});
         return false;
       case Token::Kind::open:
         waiting_.push_back(token);
@@ -163,20 +191,12 @@ class Parser {
            precedence(waiting_.back().operation) >= least) {
       const Token token = waiting_.back();
       waiting_.pop_back();
-      const Result b = results_.back();
-      results_.pop_back();
-      Result& a = results_.back();
-      Kind operation = token.operation;
-      if (b.depth > a.depth) {
-        std::rotate(steps.begin() + std::ptrdiff_t(a.begin), steps.begin() + std::ptrdiff_t(b.begin),
-                    steps.end());
-        if (operation == Kind::difference) operation = Kind::reversed_difference;
-      }
-      a.depth = a.depth == b.depth ? a.depth + 1 : std::max(a.depth, b.depth);
-      if (a.depth > Expression::kMostDepth)
+      const std::uint32_t b = pop(), a = pop(), most = std::max(nodes_[a].depth, nodes_[b].depth);
+      const std::uint32_t depth = nodes_[a].depth == nodes_[b].depth ? most + 1 : most;
+      if (depth > Expression::kMostDepth)
         fail(token.position,
              fmt::format("more than {} results wait for each other here", Expression::kMostDepth));
-      steps.push_back({operation, 0});
+      push({{token.operation, 0}, depth, a, b});
     }
   }
 
@@ -190,7 +210,8 @@ class Parser {
   }
 
   std::vector<Token> waiting_;  // operations and opening parentheses
-  std::vector<Result> results_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> results_;                           // nodes that wait for an operation
   std::unordered_map<std::string_view, std::uint32_t> indices_;  // of names
 };
 
@@ -202,7 +223,7 @@ Expression Expression::parse(std::string_view text) {
   Expression expression;
   expression.names_ = std::move(parser.names);
   expression.columns_ = std::move(parser.columns);
-  expression.steps_ = std::move(parser.steps);
+  expression.steps_ = parser.steps();
   return expression;
 }
 

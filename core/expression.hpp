@@ -44,7 +44,8 @@ class Expression {
   /// fewer than 2^15 operands fits.
   static constexpr std::uint32_t kMostDepth = 16;
 
-  /// Throws Error(usage) that names the column, counted from 1, what is there and what was expected.
+  /// Takes time and memory in proportion to the text, however deep its parentheses. Throws Error(usage) that
+  /// names the column, counted from 1, what is there and what was expected.
   static Expression parse(std::string_view text);
   /// May it be the name of an operand?
   static bool is_name(std::string_view text);

@@ -31,7 +31,8 @@ VoxelGrid make_grid(const std::array<std::int64_t, 3>& size) {
 }
 
 Volume make_volume(const VoxelGrid& grid) {
-  Volume volume{grid, {}};
+  Volume volume;
+  volume.grid = grid;
   with_memory("the volume", grid.voxels(), [&] { volume.inside.resize(grid.voxels()); });
   return volume;
 }

@@ -34,9 +34,22 @@ struct VoxelStream {
 
 /// A volume in memory.
 struct Volume {
+  Volume() = default;
+  /// A volume of zeros: no voxel is inside. Parallel. Throws Error(usage) as validate does, Error(resources)
+  /// if it does not fit.
+  explicit Volume(const VoxelGrid& grid);
+
   VoxelGrid grid;
-  Array<std::uint8_t> inside;  ///< not 0 for voxels inside; the first axis runs fastest
+  /// Not 0 for voxels inside; the first axis runs fastest. As many as the grid has. What resize() adds to an
+  /// Array holds anything: only the constructor and assign() set it.
+  Array<std::uint8_t> inside;
 };
+
+/// Throws Error(usage) unless the three axes of a grid are x, y and z, in any order, each of at most 2^31 - 1
+/// voxels, and all voxels fit 60 bits.
+void validate(const VoxelGrid& grid);
+/// Throws Error(usage) unless the grid is valid and the volume has as many voxels as it says.
+void validate(const Volume& volume);
 
 /// Slices to read at once: a few million voxels, at least one slice.
 std::size_t slices_at_once(const VoxelGrid& grid);
@@ -44,10 +57,10 @@ std::size_t slices_at_once(const VoxelGrid& grid);
 /// Reads a whole stream into memory. Throws Error(resources) if it does not fit.
 Volume collect(const VoxelStream& stream);
 
-/// A stream of the slices of a volume, which must outlive it.
+/// A stream of the slices of a volume, which must outlive it. Throws Error(usage) for an invalid one.
 VoxelStream stream_of(const Volume& volume);
 
-/// The same voxels with the last axis running fastest.
+/// The same voxels with the last axis running fastest. Throws Error(usage) for an invalid volume.
 Volume transposed(const Volume& volume);
 
 }  // namespace boxunion

@@ -88,8 +88,9 @@ BoxOf<T> placed(const IntegerBox& box, const VoxelGrid& grid) {
   return result;
 }
 
-/// Throws Error(input) if an edge is beyond the doubles.
+/// Throws Error(usage) for an invalid grid, Error(input) if an edge is beyond the doubles.
 void check_edges(const VoxelGrid& grid) {
+  validate(grid);
   for (std::size_t a = 0; a < 3; ++a)
     if (!std::isfinite(grid.origin[a]) || !std::isfinite(grid.edge(a, std::int64_t(grid.size[a]))))
       throw Error(ErrorKind::input,
@@ -144,6 +145,8 @@ class OpenBoxes {
 template <class Boxes>
 void sweep_slices(const VoxelStream& stream, Boxes& boxes) {
   const VoxelGrid& grid = stream.grid;
+  validate(grid);
+  if (grid.voxels() == 0) return;
   const std::size_t height = grid.size[1], at_once = slices_at_once(grid);
   Array<std::uint8_t> slab;
   with_memory("a slab of the volume", at_once * grid.slice(), [&] { slab.resize(at_once * grid.slice()); });

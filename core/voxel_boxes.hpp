@@ -21,7 +21,7 @@ std::vector<IntegerBox> index_boxes(const VoxelStream& stream);
 /// The same boxes where the volume's grid has them: 32-bit integers where origin and spacing are whole
 /// numbers and all edges fit, else doubles, each edge rounded once. Parallel.
 ///
-/// Throws Error(input) if an edge is beyond the doubles.
+/// Throws Error(input) if an edge is beyond the doubles, Error(usage) for an invalid grid.
 BoxSet voxel_boxes(const VoxelStream& stream);
 
 /// Gives the same boxes to `take`, some at a time, as the slices pass them: only those that reach the slice

@@ -1,5 +1,7 @@
 #include "core/voxel_labels.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -60,6 +62,12 @@ class ComponentCounter {
 
 std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity connectivity,
                                          std::span<std::uint32_t> labels) {
+  validate(volume);
+  validate(connectivity);
+  if (labels.size() != volume.inside.size())
+    throw Error(ErrorKind::usage, fmt::format("a volume of {} voxels was given {} labels, expected as many",
+                                              volume.inside.size(), labels.size()));
+  if (labels.empty()) return {};
   const auto [width, height, depth] = volume.grid.size;
   const VoxelRuns runs(volume.inside, width);
   if (runs.size() >= std::numeric_limits<std::uint32_t>::max())
@@ -76,11 +84,13 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity conn
   Array<std::uint32_t> run_labels = sets.take_parents();
   ComponentCounter counter;
   std::uint32_t count = 0;
-  for (std::size_t row = 0; row < rows; ++row)
+  for (std::size_t row = 0; row < rows; ++row) {
+    Interruptible::check();
     for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r) {
       run_labels[r] = run_labels[r] == r ? ++count : run_labels[run_labels[r]];
       counter.add(run_labels[r], runs[r], std::uint32_t(row % height), std::uint32_t(row / height));
     }
+  }
 
   parallel_ranges(0, rows, grain, [&, width = width](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {

@@ -25,7 +25,8 @@ struct VoxelComponent {
 ///
 /// Works on runs along the first axis: two passes with a union-find over runs of neighbouring rows that
 /// overlap. Besides the volumes it needs 12 bytes a run. Parallel; the result does not depend on the threads.
-/// Throws Error(resources) if there are 2^32 - 1 runs or more.
+/// Throws Error(resources) if there are 2^32 - 1 runs or more, Error(usage) for an invalid volume and where
+/// `labels` has another size.
 std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity connectivity,
                                          std::span<std::uint32_t> labels);
 

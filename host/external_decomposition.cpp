@@ -288,6 +288,8 @@ class Decomposer {
 ExternalModel decompose(ExternalUnion& solid, std::optional<BoxModel> model,
                         const std::optional<AxisOrder>& order, std::optional<Connectivity> connectivity,
                         std::optional<OutputFile> file, Report& report) {
+  if (order) validate(*order);
+  if (connectivity) validate(*connectivity);
   ExternalModel result;
   solid.with_coordinates([&]<class C>(C) {
     result = Decomposer<C>(solid, model, report).run(order, connectivity, std::move(file));

@@ -98,6 +98,7 @@ InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrup
 
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
                   const VolumeOptions& volume) {
+  const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
   const InputBoxes input = open_input(path, interrupted, volume);
   if (input.format == FileFormat::vox) return vox::read_boxes(*input.file, volume);
   if (input.voxels) return voxel_boxes(*input.voxels);
@@ -139,6 +140,10 @@ void write_boxes(const BoxSet& set, OutputFile file) {
 
 template <class T>
 void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile file) {
+  validate(grid);
+  if (voxels.size() != grid.voxels())
+    throw Error(ErrorKind::usage, fmt::format("{} voxels are to be written, expected the {} of their grid",
+                                              voxels.size(), grid.voxels()));
   npy::write_volume(file, grid, voxels);
   file.commit();
 }
@@ -207,6 +212,9 @@ void write_extreme_vertices(const Evm& evm, OutputFile file) {
 }
 
 void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> labels, OutputFile file) {
+  if (labels.size() != boxes.size())
+    throw Error(ErrorKind::usage,
+                fmt::format("{} boxes were given {} labels, expected as many", boxes.size(), labels.size()));
   is_csv(file) ? csv::write_labelled_boxes(file, boxes, labels)
                : npy::write_labelled_boxes(file, boxes, labels);
   file.commit();

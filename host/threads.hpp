@@ -5,20 +5,26 @@
 
 #include <algorithm>
 #include <atomic>
+#include <string>
 
+#include "core/error.hpp"
 #include "core/parallel.hpp"
 
 namespace boxunion {
 
-/// Runs f on as many threads as asked for (0: one per core) and returns what it returns. Its parallel work
-/// ends with Error(interrupted) soon after `interrupted` (if not null) has become true.
+/// Runs f on as many threads as asked for (0: one per core; fewer throw Error(usage)) and returns what it
+/// returns. Its parallel work ends with Error(interrupted) soon after `interrupted` (if not null) has become
+/// true.
 template <class F>
 auto with_threads(int threads, const std::atomic<bool>* interrupted, F&& f) {
   const auto work = [&] {
     const Interruptible scope(interrupted);
     return f();
   };
-  if (threads <= 0) return work();
+  if (threads < 0)
+    throw Error(ErrorKind::usage,
+                "threads are " + std::to_string(threads) + ", expected 0 (one per core) or more");
+  if (threads == 0) return work();
   tbb::task_arena arena(std::min(threads, tbb::info::default_concurrency()));
   return arena.execute(work);
 }
