@@ -1,10 +1,12 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "host/device.hpp"
@@ -36,6 +38,22 @@ void check_workgroup(const DeviceInfo& info, Shape shape, std::uint32_t workgrou
 /// Throws Error(device) if the arguments of a dispatch do not fit the kernel.
 void check_dispatch(const KernelSource& source, std::size_t buffers, std::size_t parameter_bytes,
                     std::uint32_t units);
+
+/// The process that a driver works for: the first one that used it. A driver's threads and locks do not
+/// survive fork(), so that a child which used it would wait forever.
+class DriverProcess {
+ public:
+  /// Makes this process the driver's, if none is yet; false in a child of the one that is.
+  bool claim();
+  /// False in a child of the process that used the driver: there, not even handles can be released.
+  bool is_here() const;
+
+ private:
+  std::atomic<int> id_ = 0;
+};
+
+/// What is said where a driver was used before fork().
+std::string used_before_fork(std::string_view driver);
 
 /// Whether an environment variable is set to something other than "" or "0".
 bool environment_flag(const char* name);

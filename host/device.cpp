@@ -1,6 +1,7 @@
 #include "host/device.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -52,6 +53,19 @@ void check_dispatch(const KernelSource& source, std::size_t buffers, std::size_t
     throw Error(ErrorKind::resources, fmt::format("kernel {}: {} units in one dispatch", source.name, units));
 }
 
+bool DriverProcess::claim() {
+  int nobody = 0;
+  return id_.compare_exchange_strong(nobody, ::getpid()) || nobody == ::getpid();
+}
+
+bool DriverProcess::is_here() const {
+  return id_ == ::getpid();
+}
+
+std::string used_before_fork(std::string_view driver) {
+  return fmt::format("{}: used before fork(), so that this process cannot use it", driver);
+}
+
 bool environment_flag(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr && *value != '\0' && std::string_view(value) != "0";
@@ -79,58 +93,67 @@ std::unique_ptr<Device> open_vulkan(std::size_t, ZeroCopy) {
 
 namespace {
 
-/// A device that fails at the n-th call of one of its members, for tests of what happens then.
-class FailingDevice final : public Device {
+/// The call of a device that fails, and how many of them are left before it does; for tests.
+struct InjectedFailure {
+  std::string call;
+  int countdown = 0;
+};
+
+/// A device of a driver. It fails in a child of the process that opened it, and where a test wants it to.
+class DriverDevice final : public Device {
  public:
-  FailingDevice(std::unique_ptr<Device> device, std::string call, int count)
-      : device_(std::move(device)), call_(std::move(call)), countdown_(count) {}
+  DriverDevice(std::unique_ptr<Device> device, InjectedFailure failure)
+      : device_(std::move(device)), failure_(std::move(failure)) {
+    process_.claim();
+  }
 
   const DeviceInfo& info() const override { return device_->info(); }
   std::unique_ptr<Buffer> allocate(std::size_t bytes) override {
-    count("allocate");
+    before("allocate");
     return device_->allocate(bytes);
   }
   void upload(Buffer& buffer, std::size_t bytes) override {
-    count("upload");
+    before("upload");
     device_->upload(buffer, bytes);
   }
   void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
-    count("download");
+    before("download");
     device_->download(buffer, offset, bytes);
   }
   void clear(Buffer& buffer, std::size_t bytes) override {
-    count("clear");
+    before("clear");
     device_->clear(buffer, bytes);
   }
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
-    count("load");
+    before("load");
     return device_->load(source, shape, workgroup);
   }
   void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
                 std::uint32_t units) override {
-    count("dispatch");
+    before("dispatch");
     device_->dispatch(kernel, buffers, parameters, units);
   }
   void wait() override {
-    count("wait");
+    before("wait");
     device_->wait();
   }
   double kernel_seconds() const override { return device_->kernel_seconds(); }
 
  private:
-  void count(std::string_view call) {
-    if (call == call_ && --countdown_ == 0)
+  void before(std::string_view call) {
+    if (!process_.is_here()) throw Error(ErrorKind::device, used_before_fork(info().id));
+    if (call == failure_.call && --failure_.countdown == 0)
       throw Error(ErrorKind::device, fmt::format("{}: injected failure of {}", info().id, call));
   }
 
   std::unique_ptr<Device> device_;
-  std::string call_;
-  int countdown_;
+  InjectedFailure failure_;
+  DriverProcess process_;
 };
 
-std::unique_ptr<Device> with_injected_failure(std::unique_ptr<Device> device) {
+InjectedFailure injected_failure() {
   const char* value = std::getenv("BOXUNION_FAIL_DEVICE");
-  if (value == nullptr || *value == '\0') return device;
+  if (value == nullptr || *value == '\0') return {};
   const std::string_view text(value);
   const std::size_t colon = std::min(text.find(':'), text.size());
   const std::string_view call = text.substr(0, colon), number = text.substr(std::min(colon + 1, text.size()));
@@ -140,7 +163,7 @@ std::unique_ptr<Device> with_injected_failure(std::unique_ptr<Device> device) {
     throw Error(ErrorKind::usage, fmt::format("BOXUNION_FAIL_DEVICE={}: expected a call and a number from 1, "
                                               "for example dispatch:3",
                                               text));
-  return std::make_unique<FailingDevice>(std::move(device), std::string(call), count);
+  return {std::string(call), count};
 }
 
 /// False only where there certainly is no GPU. Drivers of CPU devices take 0.1 s to wake, so it is worth
@@ -197,8 +220,9 @@ std::unique_ptr<Device> open_device(const std::string& id, ZeroCopy zero_copy) {
   if (found == "native") return open_native();
   const std::size_t colon = found.find(':');
   const std::size_t index = std::stoul(found.substr(colon + 1));
-  return with_injected_failure(found.starts_with("opencl") ? open_opencl(index, zero_copy)
-                                                           : open_vulkan(index, zero_copy));
+  return std::make_unique<DriverDevice>(
+      found.starts_with("opencl") ? open_opencl(index, zero_copy) : open_vulkan(index, zero_copy),
+      injected_failure());
 }
 
 std::unique_ptr<Device> open_device(const std::string& id) {

@@ -12,12 +12,16 @@
 namespace boxunion {
 namespace {
 
+DriverProcess process;
+/// Drivers are not made to be woken by several threads at once.
+std::mutex waking;
+
 /// Releases an OpenCL handle; the driver keeps what queued commands still use.
 template <auto release>
 struct Release {
   template <class T>
   void operator()(T* handle) const {
-    release(handle);
+    if (process.is_here()) release(handle);
   }
 };
 using Context = std::unique_ptr<_cl_context, Release<clReleaseContext>>;
@@ -75,6 +79,11 @@ std::string text(cl_device_id device, cl_device_info what) {
 
 /// Every device of every platform that can build programs.
 std::vector<cl_device_id> find_devices(std::vector<std::string>& notes) {
+  if (!process.claim()) {
+    notes.push_back(used_before_fork("OpenCL"));
+    return {};
+  }
+  const std::lock_guard lock(waking);
   cl_uint count = 0;
   if (clGetPlatformIDs(0, nullptr, &count) != CL_SUCCESS || count == 0) {
     notes.emplace_back("OpenCL: no platform found: install a driver such as pocl-opencl-icd");
@@ -123,10 +132,9 @@ struct SharedContext {
 };
 
 SharedContext& shared_context(cl_device_id device) {
-  static std::mutex mutex;
   // never destroyed: drivers may be gone when static objects are
   static auto& contexts = *new std::map<cl_device_id, std::unique_ptr<SharedContext>>;
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(waking);
   std::unique_ptr<SharedContext>& shared = contexts[device];
   if (!shared) {
     cl_int status = CL_SUCCESS;
@@ -187,7 +195,8 @@ class OpenclBuffer final : public Buffer {
     }
   }
   ~OpenclBuffer() override {
-    clFinish(session_->queue.get());  // after an exception the device may still be at work
+    // after an exception the device may still be at work
+    if (process.is_here()) clFinish(session_->queue.get());
     std::erase(session_->lent, this);
   }
 
@@ -241,7 +250,9 @@ class OpenclDevice final : public Device {
     check(status, "clCreateCommandQueue");
     session_.reset(new Session{shared, std::move(queue), {}});
   }
-  ~OpenclDevice() override { clFinish(queue()); }
+  ~OpenclDevice() override {
+    if (process.is_here()) clFinish(queue());
+  }
 
   const DeviceInfo& info() const override { return info_; }
 
@@ -358,7 +369,10 @@ std::vector<DeviceInfo> list_opencl(std::vector<std::string>& notes) {
 
 std::unique_ptr<Device> open_opencl(std::size_t index, ZeroCopy zero_copy) {
   std::vector<std::string> notes;
-  return std::make_unique<OpenclDevice>(find_devices(notes).at(index), index, zero_copy);
+  const std::vector<cl_device_id> devices = find_devices(notes);
+  if (index >= devices.size())
+    throw Error(ErrorKind::device, notes.empty() ? "OpenCL: a device is gone" : notes.back());
+  return std::make_unique<OpenclDevice>(devices[index], index, zero_copy);
 }
 
 }  // namespace boxunion

@@ -245,6 +245,10 @@ class VulkanDevice final : public Device {
 
 std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
   std::vector<DeviceInfo> infos;
+  if (!process.claim()) {
+    notes.push_back(used_before_fork("Vulkan"));
+    return infos;
+  }
   try {
     const std::shared_ptr<Instance> instance = shared_instance();
     for (VkPhysicalDevice device : find_devices(instance->get(), notes))

@@ -122,6 +122,7 @@ Instance::Instance() {
 }
 
 Instance::~Instance() {
+  if (!process.is_here()) return;
   if (messenger_ != VK_NULL_HANDLE) {
     const auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
         vkGetInstanceProcAddr(handle_, "vkDestroyDebugUtilsMessengerEXT"));
@@ -146,6 +147,7 @@ VkBool32 Instance::receive(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsM
 }
 
 std::shared_ptr<Instance> shared_instance() {
+  if (!process.claim()) throw Error(ErrorKind::device, used_before_fork("Vulkan"));
   if (is_validated()) return std::make_shared<Instance>();
   static std::mutex mutex;
   // never destroyed: drivers may be gone when static objects are
@@ -196,6 +198,7 @@ LogicalDevice::LogicalDevice(std::shared_ptr<Instance> instance, VkPhysicalDevic
 
 LogicalDevice::~LogicalDevice() {
   programs_.clear();
+  if (!process.is_here()) return;
   vkDestroyDevice(device_, nullptr);
 }
 
@@ -306,6 +309,7 @@ VkResult Session::submit() {
 }
 
 VkResult Session::finish() {
+  if (!process.is_here()) return VK_ERROR_DEVICE_LOST;
   const VkResult submitted = submit();
   if (used_.empty()) return submitted;
   VkResult waited = logical_->submit(VK_NULL_HANDLE, finished_.get());

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/backend.hpp"
 #include "host/device.hpp"
 
 // Instances, logical devices and commands of Vulkan. Internal to host/vulkan_*.cpp.
@@ -21,6 +22,8 @@ namespace boxunion::vulkan {
 
 /// Throws Error(device), or Error(resources) for lack of memory, unless the call was a success.
 void check(VkResult result, const char* call);
+
+inline DriverProcess process;
 
 /// A structure of Vulkan's, zero but for its type.
 template <class T>
@@ -45,7 +48,7 @@ class Handle {
     return *this;
   }
   ~Handle() {
-    if (handle_ != VK_NULL_HANDLE) destroy(device_, handle_, nullptr);
+    if (handle_ != VK_NULL_HANDLE && process.is_here()) destroy(device_, handle_, nullptr);
   }
   T get() const { return handle_; }
 
@@ -168,7 +171,7 @@ class Session {
   void release_to_host();
   /// Starts what was recorded.
   VkResult submit();
-  /// Submits and waits for everything.
+  /// Submits and waits for everything; after a fork it only says that the device is lost.
   VkResult finish();
 
  private:
