@@ -136,7 +136,8 @@ double seconds_a_unit(const std::string& unit) {
 }
 
 Results read_results(const std::string& path) {
-  const std::string text = InputFile(path).read_all();
+  constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+  const std::string text = InputFile(path).read_all(kMostBytes);
   Results results;
   try {
     const Json root = Json::parse(text);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "core/voxel_boxes.hpp"
 #include "host/files.hpp"
 #include "host/formats.hpp"
@@ -51,6 +52,7 @@ class SpooledFile final : public BoxFile {
 
 std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
                                     const std::atomic<bool>* interrupted, const VolumeOptions& volume) {
+  const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
   InputBoxes input = open_input(path, interrupted, volume);
   const bool is_scene = input.format == FileFormat::vox;
   if (!input.voxels && !is_scene && input.format != FileFormat::csv)
@@ -63,9 +65,9 @@ std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budge
                                                     what, ((kBaseBytes + bytes) >> 20) + 1));
   };
   if (is_scene) {
-    require("the models of the scene", vox::stream_bytes(*input.file));
-    vox::stream_boxes(*input.file, volume,
-                      [&](std::span<const IntegerBox> boxes) { spooled->append(boxes); });
+    vox::stream_boxes(
+        *input.file, volume, [&](std::span<const IntegerBox> boxes) { spooled->append(boxes); },
+        [&](std::uint64_t bytes) { require("the models of the scene", bytes); });
   } else if (input.voxels) {
     require("slices of the volume", stream_bytes(input.voxels->grid));
     stream_voxel_boxes(*input.voxels, [&](const BoxSet& set) {

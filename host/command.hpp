@@ -25,7 +25,7 @@ namespace boxunion::command {
 struct Common {
   Options engine;        ///< method, device, threads, tuning, statistics
   VolumeOptions volume;  ///< threshold and model, where the input is voxels
-  /// Of memory and scratch, for measure, boundary and decompose; none: all boxes are held.
+  /// Of memory and scratch; none: all boxes are held.
   std::optional<Budget> budget;
   bool json = false, quiet = false;
   const std::atomic<bool>* interrupted = nullptr;

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/expression.hpp"
 #include "core/parallel.hpp"
+#include "host/command_memory.hpp"
 #include "host/command_results.hpp"
 #include "host/engine.hpp"
 #include "host/files.hpp"
@@ -87,6 +88,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   const Expression expression = Expression::parse(text);
   const std::vector<NamedFile> files = find_files(expression, arguments);
   ProgressBar bar(common.quiet);
+  HeldBoxes held(common);
   OutputGroup outputs;
   std::optional<BoundaryWriter> writer;
   if (!output.empty()) writer.emplace(output, boundary_options, common, outputs);
@@ -98,8 +100,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   with_threads(common.engine.threads, common.interrupted, [&] {
     std::vector<BoxSet> sets;
     sets.reserve(files.size());
-    for (const NamedFile& file : files)
-      sets.push_back(read_boxes(file.path, common.interrupted, common.volume));
+    for (const NamedFile& file : files) sets.push_back(held.read(file.path));
     for (const Result& result : set_results(files, sets)) results.push_back(result);
     MassProperties mass;
     if (writer || boxes_file) {

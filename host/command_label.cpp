@@ -9,6 +9,7 @@
 #include "core/memory.hpp"
 #include "core/voxel_labels.hpp"
 #include "host/command.hpp"
+#include "host/command_memory.hpp"
 #include "host/command_results.hpp"
 #include "host/files.hpp"
 #include "host/stopwatch.hpp"
@@ -49,11 +50,10 @@ std::vector<Result> label_voxels_of(const std::string& input, LabelFiles files, 
 }
 
 std::vector<Result> label_boxes_of(const std::string& input, LabelFiles files, Connectivity connectivity,
-                                   const Common& common, ProgressBar& bar) {
+                                   HeldBoxes held, const Common& common, ProgressBar& bar) {
   constexpr AxisOrder kOrder = {2, 1, 0};  // as voxels: numbered by their first points in z, y, x
   Report report;
-  const Solid solid =
-      unite(read_boxes(input, common.interrupted, common.volume), engine_options(common, bar), &report);
+  const Solid solid = unite(held.read(input), engine_options(common, bar), &report);
   Stages stages(report, common.interrupted);
   const Decomposition boxes = decompose(make_evm(solid, kOrder), BoxModel::cudb);
   stages.finish("boxes");
@@ -76,13 +76,14 @@ std::vector<Result> label_boxes_of(const std::string& input, LabelFiles files, C
 void label(const std::string& input, const std::string& output, const LabelOptions& label_options,
            const Common& common) {
   ProgressBar bar(common.quiet);
+  HeldBoxes held(common);
   const bool volume = is_volume(input);
   OutputGroup outputs;
   LabelFiles files(output, volume ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, label_options,
                    common, outputs);
   std::vector<Result> results = with_threads(common.engine.threads, common.interrupted, [&] {
     return volume ? label_voxels_of(input, std::move(files), label_options.connectivity, common)
-                  : label_boxes_of(input, std::move(files), label_options.connectivity, common, bar);
+                  : label_boxes_of(input, std::move(files), label_options.connectivity, held, common, bar);
   });
   bar.clear();
   const auto add_file = [&](const char* key, const std::string& path) {

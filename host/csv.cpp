@@ -20,8 +20,8 @@ namespace boxunion::csv {
 namespace {
 
 constexpr std::size_t kFirstBlockBytes = 1 << 20;  ///< of a file in memory at first: most files are small
-constexpr std::size_t kBlockBytes = 32 << 20;      ///< of a file in memory at most; no line may be longer
-constexpr std::size_t kChunkBytes = 1 << 18;       ///< parsed by one thread at a time
+constexpr std::size_t kBlockBytes = 8 << 20;       ///< of a file in memory at most; no line may be longer
+constexpr std::size_t kChunkBytes = 1 << 17;       ///< parsed by one thread at a time
 constexpr std::size_t kPiecesAtOnce = 32;          ///< such chunks whose boxes are in memory at once
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
 
@@ -86,18 +86,15 @@ std::string quoted(std::string_view field) {
 
 /// Says why parse_row or the check of its box refused a line.
 [[noreturn]] void reject_row(const std::string& where, std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(trim(line.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  if (fields.size() != 6)
-    throw Error(ErrorKind::input, fmt::format("{}: found {} column{}, expected 6: {}", where, fields.size(),
-                                              fields.size() == 1 ? "" : "s", kHeader));
+  const auto columns = std::ranges::count(line, ',') + 1;
+  if (columns != 6)
+    throw Error(ErrorKind::input, fmt::format("{}: found {} column{}, expected 6: {}", where, columns,
+                                              columns == 1 ? "" : "s", kHeader));
   Box box;
   for (std::size_t c = 0; c < 6; ++c) {
-    const std::string_view field = fields[c];
+    const std::size_t comma = std::min(line.find(','), line.size());
+    const std::string_view field = trim(line.substr(0, comma));
+    line.remove_prefix(std::min(comma + 1, line.size()));
     const char* const end = field.data() + field.size();
     const std::string_view column = kHeader.substr(5 * c, 4);
     if (parse_number(field.data(), end, box[c]) != end)

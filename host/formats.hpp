@@ -115,11 +115,11 @@ namespace boxunion::vox {
 
 /// The boxes of a scene: those of each model where the scene graph has it.
 std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options);
-/// Gives the same boxes to `take`, a model's at a time.
-void stream_boxes(const InputFile& file, const VolumeOptions& options,
-                  const std::function<void(std::span<const IntegerBox>)>& take);
-/// The memory that this may take, about: the file and the boxes of its models.
-std::uint64_t stream_bytes(const InputFile& file);
+using BoxSink = std::function<void(std::span<const IntegerBox>)>;
+/// Gives the same boxes to `take`, some at a time. First calls expect(bytes), if there is one: about how much
+/// memory it will take at most.
+void stream_boxes(const InputFile& file, const VolumeOptions& options, const BoxSink& take,
+                  const std::function<void(std::uint64_t)>& expect = {});
 
 }  // namespace boxunion::vox
 

@@ -12,8 +12,9 @@ namespace boxunion {
 /// A file open for reading, or standard input.
 class InputFile {
  public:
-  /// `path` "-" is standard input. Where `interrupted` becomes true, the next read throws
-  /// Error(interrupted). Throws Error(input) if there is no such file, or it is a folder or unreadable.
+  /// `path` "-" is standard input. Where `interrupted` becomes true, reading throws Error(interrupted) within
+  /// a fraction of a second, also where it waits for a pipe. Throws Error(input) if there is no such file, or
+  /// it is a folder or unreadable.
   explicit InputFile(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
@@ -26,18 +27,22 @@ class InputFile {
 
   /// Fills `bytes` from the current position; returns how many it got: fewer only at the end of the file.
   std::size_t read(std::span<char> bytes);
-  /// Everything from the current position to the end.
-  std::string read_all();
+  /// Everything from the current position to the end. Throws Error(input) where that is more than `most`
+  /// bytes.
+  std::string read_all(std::size_t most);
   /// Fills `bytes` from `offset` of a regular file; throws Error(input) at the end of it. Thread-safe.
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
+  /// Throws Error(interrupted) if it was.
+  void check_interrupted() const;
 
  private:
-  void check_interrupted() const;
+  void wait() const;
   [[noreturn]] void fail(int error_number) const;
 
   std::string name_;
   const std::atomic<bool>* interrupted_;
   int file_;
+  bool may_wait_ = false;  ///< a pipe, a terminal or a socket
 };
 
 }  // namespace boxunion

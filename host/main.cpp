@@ -17,11 +17,13 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/generate_volume.hpp"
 #include "host/command.hpp"
+#include "host/command_memory.hpp"
 #include "host/command_numbers.hpp"
 #include "host/command_output.hpp"
 #include "host/scratch.hpp"
@@ -166,10 +168,13 @@ class CommandLine {
     } catch (const Error& error) {
       return fail(error.kind(), error.what());
     } catch (const std::bad_alloc&) {
-      return fail(ErrorKind::resources, "out of memory");
+      return fail_for_memory();
     } catch (const std::length_error&) {
-      return fail(ErrorKind::resources, "out of memory");
+      return fail_for_memory();
     } catch (const std::exception& error) {
+      if (std::string_view(error.what())
+              .starts_with("pthread_create"))  // oneTBB says so where threads are refused
+        return fail(ErrorKind::resources, error.what());
       return fail(1, fmt::format("internal error: {}", error.what()));
     }
   }
@@ -183,6 +188,13 @@ class CommandLine {
       app_.exit(help, text);
       command::print(text.str());
     }
+  }
+
+  int fail_for_memory() const {
+    return fail(ErrorKind::resources,
+                memory_ == 0
+                    ? "out of memory"
+                    : fmt::format("out of memory: it takes more than the {} MiB of --memory", memory_ >> 20));
   }
 
   void add_measure() {
@@ -240,7 +252,8 @@ class CommandLine {
     add_connectivity(sub, label_.connectivity, "What is connected (default: 6)");
     add_engine_options(sub);
     add_print_options(sub);
-    sub->callback([this] { command::label(input_, output_, label_, common_); });
+    add_memory(sub);
+    sub->callback([this] { command::label(input_, output_, label_, with_budget()); });
   }
 
   void add_combine() {
@@ -256,8 +269,10 @@ class CommandLine {
     sub->add_option("--boxes", boxes_, "File for the result as disjoint boxes: .csv or .npy (see decompose)");
     add_engine_options(sub);
     add_print_options(sub);
+    add_memory(sub);
     sub->footer(kExpressions);
-    sub->callback([this] { command::combine(expression_, sets_, output_, boxes_, boundary_, common_); });
+    sub->callback(
+        [this] { command::combine(expression_, sets_, output_, boxes_, boundary_, with_budget()); });
   }
 
   void add_generate() {
@@ -459,7 +474,7 @@ class CommandLine {
         sub->add_option(
                "--memory", memory_,
                "Memory to do with, for example 2G or 512M: boxes that do not fit are cut into slabs on disk; "
-               "the result is the same; not for .vox")
+               "the result is the same. label and combine hold all boxes, or end with exit status 5")
             ->type_name("SIZE")
             ->transform(byte_count());
     sub->add_option("--scratch", scratch_,
@@ -469,7 +484,9 @@ class CommandLine {
 
   command::Common with_budget() const {
     command::Common common = common_;
-    if (memory_ > 0) common.budget = Budget{memory_, scratch_.empty() ? default_scratch_folder() : scratch_};
+    if (memory_ == 0) return common;
+    common.budget = Budget{memory_, scratch_.empty() ? default_scratch_folder() : scratch_};
+    command::limit_memory(memory_, common.engine);
     return common;
   }
 

@@ -41,7 +41,7 @@ Element element_of(const VolumeHeader& header) {
   if (found == kTypes.end())
     reject(header.file(),
            fmt::format("found numbers of type {}, expected MET_CHAR, MET_UCHAR, MET_SHORT, ... or MET_DOUBLE",
-                       header.get("ElementType")));
+                       shortened(header.get("ElementType"))));
   return found->second;
 }
 
@@ -50,7 +50,7 @@ bool is_true(const VolumeHeader& header, const std::string& field, bool otherwis
   if (!value) return otherwise;
   if (*value == "True" || *value == "true" || *value == "TRUE" || *value == "1") return true;
   if (*value == "False" || *value == "false" || *value == "FALSE" || *value == "0") return false;
-  reject(header.file(), fmt::format("{} is \"{}\", expected True or False", field, *value));
+  reject(header.file(), fmt::format("{} is \"{}\", expected True or False", field, shortened(*value)));
 }
 
 /// The numbers of the first of some fields that is there; they are different names for one thing.
@@ -98,7 +98,7 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
   const std::string& name = header.get("ElementDataFile");
   if (name.empty() || name.starts_with("LIST") || name.find('%') != name.npos)
     reject(header.file(),
-           fmt::format("ElementDataFile is \"{}\", expected LOCAL or the name of one file", name));
+           fmt::format("ElementDataFile is \"{}\", expected LOCAL or the name of one file", shortened(name)));
   const bool is_local = name == "LOCAL" || name == "Local" || name == "local";
   data.file = is_local ? header.shared_file() : header.open_beside(name, interrupted);
   const std::int64_t skip = header.whole("HeaderSize", 0);

@@ -144,11 +144,11 @@ auto with_array(const std::shared_ptr<const InputFile>& file, const Header& head
   if (!known_order || !known_type)
     reject(*file, fmt::format("found numbers of type {}, expected float64 (f8), float32 (f4), int32 (i4) or "
                               "int64 (i8)",
-                              header.descr));
+                              shortened(header.descr)));
   const auto extents = header.extents();
   if (!extents || extents->size() != 2 || extents->back() != 6)
-    reject(*file,
-           fmt::format("found an array of shape {}, expected (n, 6), or (z, y, x) for voxels", header.shape));
+    reject(*file, fmt::format("found an array of shape {}, expected (n, 6), or (z, y, x) for voxels",
+                              shortened(header.shape)));
   const Layout layout{header.data_offset, extents->front(), header.is_fortran(), order == '>'};
   if (type == "f8") return f(BoxArray<double, double>(file, layout));
   if (type == "f4") return f(BoxArray<float, double>(file, layout));

@@ -14,6 +14,7 @@ namespace boxunion::npy {
 namespace {
 
 constexpr std::string_view kMagic = "\x93NUMPY";
+constexpr std::uint64_t kLongestHeader = std::uint64_t{1} << 20;
 
 /// Takes a Python value off the start of `text`: up to a comma or bracket outside of all quotes and brackets.
 std::string take_value(std::string_view& text) {
@@ -87,6 +88,9 @@ Header read_header(const InputFile& file) {
   if (header.data_offset > file_size)
     reject(file, fmt::format("the file is cut off: found {} bytes, expected a header of {}", file_size,
                              header.data_offset));
+
+  if (length > kLongestHeader)
+    reject(file, fmt::format("found a header of {} bytes, expected at most {}", length, kLongestHeader));
 
   std::string dictionary(length, ' ');
   file.read_at(header.data_offset - length, dictionary);

@@ -23,7 +23,7 @@ VoxelData layout_of(std::shared_ptr<const InputFile> file, const Header& header)
     reject(*file,
            fmt::format("found voxels of type {}, expected bool, integers of 8 to 64 bits, float32 (f4) or "
                        "float64 (f8)",
-                       header.descr));
+                       shortened(header.descr)));
   VoxelData data;
   data.file = std::move(file);
   data.offset = header.data_offset;

@@ -34,7 +34,8 @@ VolumeHeader read_header(std::shared_ptr<const InputFile> file) {
     if (line->starts_with('#') || line->find(":=") != line->npos) continue;
     const std::size_t colon = line->find(": ");
     if (colon == line->npos)
-      reject(header.file(), fmt::format("the header has a line \"{}\", expected \"field: value\"", *line));
+      reject(header.file(),
+             fmt::format("the header has a line \"{}\", expected \"field: value\"", shortened(*line)));
     std::string field = lower(line->substr(0, colon));
     std::erase(field, ' ');  // both "data file" and "datafile" are written
     header.add(field, trimmed(line->substr(colon + 2)));
@@ -85,11 +86,11 @@ Element element_of(const VolumeHeader& header) {
       {"float", Element::f32},
       {"double", Element::f64},
   };
-  const auto found = kTypes.find(lower(header.get("type")));
+  const auto found = kTypes.find(lower(shortened(header.get("type"))));
   if (found == kTypes.end())
     reject(header.file(),
            fmt::format("found numbers of type {}, expected integers of 8 to 64 bits, float or double",
-                       header.get("type")));
+                       shortened(header.get("type"))));
   return found->second;
 }
 
@@ -126,16 +127,26 @@ void place(const VolumeHeader& header, VoxelGrid& grid) {
   }
 }
 
+/// Where the line begins that follows so many from `offset` on; at most the end of the file.
+std::uint64_t skip_lines(const InputFile& file, std::uint64_t offset, std::int64_t lines) {
+  const std::uint64_t size = regular_size(file);
+  std::array<char, std::size_t{1} << 16> block;
+  while (offset < size) {
+    const std::size_t got = std::size_t(std::min<std::uint64_t>(block.size(), size - offset));
+    file.read_at(offset, std::span(block).first(got));
+    for (std::size_t i = 0; i < got; ++i, ++offset)
+      if (block[i] == '\n' && --lines == 0) return offset + 1;
+  }
+  return size;
+}
+
 /// Skips lines, then bytes; -1 bytes skip all but the voxels.
 std::uint64_t data_offset(const VolumeHeader& header, const InputFile& file, std::uint64_t offset,
                           std::uint64_t bytes, bool is_compressed) {
   const std::uint64_t size = regular_size(file);
-  std::int64_t lines = header.whole("lineskip", 0);
+  const std::int64_t lines = header.whole("lineskip", 0);
   if (lines < 0) reject(header.file(), fmt::format("line skip is {}, expected at least 0", lines));
-  for (char c = 0; lines > 0 && offset < size; ++offset) {
-    file.read_at(offset, {&c, 1});
-    lines -= c == '\n';
-  }
+  if (lines > 0) offset = skip_lines(file, offset, lines);
   const std::int64_t skip = header.whole("byteskip", 0);
   if (skip < -1 || (skip != 0 && is_compressed))
     reject(header.file(), fmt::format("byte skip is {}, expected {}", skip,
@@ -160,16 +171,17 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
   const std::string encoding = lower(header.get("encoding"));
   data.is_compressed = encoding == "gzip" || encoding == "gz";
   if (!data.is_compressed && encoding != "raw")
-    reject(header.file(), fmt::format("found encoding {}, expected raw or gzip", encoding));
+    reject(header.file(), fmt::format("found encoding {}, expected raw or gzip", shortened(encoding)));
   if (element_size(data.element) > 1) {
     const std::string endian = lower(header.get("endian"));
     if (endian != "little" && endian != "big")
-      reject(header.file(), fmt::format("endian is \"{}\", expected little or big", endian));
+      reject(header.file(), fmt::format("endian is \"{}\", expected little or big", shortened(endian)));
     data.big_endian = endian == "big";
   }
   const std::string* detached = header.find("datafile");
   if (detached && (detached->starts_with("LIST") || detached->find('%') != detached->npos))
-    reject(header.file(), fmt::format("data file is \"{}\", expected the name of one file", *detached));
+    reject(header.file(),
+           fmt::format("data file is \"{}\", expected the name of one file", shortened(*detached)));
   data.file = detached ? header.open_beside(*detached, interrupted) : header.shared_file();
   data.offset = data_offset(header, *data.file, detached ? 0 : header.position(),
                             grid.voxels() * element_size(data.element), data.is_compressed);

@@ -27,6 +27,9 @@ struct PageFormat {
   friend bool operator==(const PageFormat&, const PageFormat&) = default;
 };
 
+/// Of the tags of a page, which libtiff has in memory: the places of four million tiles.
+constexpr std::uint64_t kMostTagBytes = std::uint64_t{1} << 26;
+
 /// A TIFF file open in libtiff, which reads it through an InputFile and leaves its messages here.
 class Tiff {
  public:
@@ -36,43 +39,69 @@ class Tiff {
     ::TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &Tiff::on_error, this);
     ::TIFFOpenOptionsSetWarningHandlerExtR(
         options.get(), [](TIFF*, void*, const char*, const char*, va_list) { return 1; }, nullptr);
-    handle_ = ::TIFFClientOpenExt(
+    handle_.reset(::TIFFClientOpenExt(
         file_->name().c_str(), "rm", this, &Tiff::read,
         [](thandle_t, void*, tmsize_t) { return tmsize_t{0}; }, &Tiff::seek, [](thandle_t) { return 0; },
-        [](thandle_t user) { return self(user).size_; }, nullptr, nullptr, options.get());
+        [](thandle_t user) { return self(user).size_; }, nullptr, nullptr, options.get()));
     if (!handle_) fail("not a TIFF file");
-  }
-  ~Tiff() {
-    if (handle_) ::TIFFClose(handle_);
+    end_tags();
   }
   Tiff(const Tiff&) = delete;
   Tiff& operator=(const Tiff&) = delete;
 
   const InputFile& file() const { return *file_; }
   std::uint64_t file_size() const { return size_; }
-  TIFF* get() const { return handle_; }
+  TIFF* get() const { return handle_.get(); }
+
+  bool is_last_page() const { return ::TIFFLastDirectory(handle_.get()); }
+  /// Reads the tags of the next page.
+  void next_page() {
+    tag_bytes_left_ = kMostTagBytes;
+    if (!::TIFFReadDirectory(handle_.get())) fail("a page cannot be read");
+    end_tags();
+  }
+  /// Reads the tags of the first page again.
+  void rewind() {
+    tag_bytes_left_ = kMostTagBytes;
+    if (!::TIFFSetDirectory(handle_.get(), 0)) fail("the first page cannot be read");
+    end_tags();
+  }
 
   /// A field of the current page, with the default that the format gives it.
   template <class T>
   T field(std::uint32_t tag) const {
     T value{};
-    ::TIFFGetFieldDefaulted(handle_, tag, &value);
+    ::TIFFGetFieldDefaulted(handle_.get(), tag, &value);
     return value;
   }
 
   /// Throws what went wrong while libtiff called back, else Error(input) with its message.
   [[noreturn]] void fail(const std::string& problem) const {
     if (exception_) std::rethrow_exception(exception_);
+    // libtiff has no codes for its errors
+    if (message_.find("llocat") != message_.npos || message_.find("ut of memory") != message_.npos)
+      throw Error(ErrorKind::resources, fmt::format("{}: out of memory: {}", file_->name(), message_));
     reject(*file_, message_.empty() ? problem : fmt::format("{}: {}", problem, message_));
   }
 
  private:
+  struct Close {
+    void operator()(TIFF* handle) const { ::TIFFClose(handle); }
+  };
+
+  /// After tags were read: libtiff only warns of some that it cannot read.
+  void end_tags() {
+    tag_bytes_left_.reset();
+    if (exception_) std::rethrow_exception(exception_);
+  }
+
   static Tiff& self(thandle_t user) { return *static_cast<Tiff*>(user); }
   static tmsize_t read(thandle_t user, void* bytes, tmsize_t count) {
     Tiff& tiff = self(user);
     const std::uint64_t rest = tiff.size_ - std::min(tiff.position_, tiff.size_);
     const auto got = std::size_t(std::min(rest, std::uint64_t(count)));
     try {
+      if (tiff.tag_bytes_left_) tiff.count_tags(got);
       tiff.file_->read_at(tiff.position_, {static_cast<char*>(bytes), got});
     } catch (...) {
       tiff.exception_ = std::current_exception();  // must not pass through libtiff
@@ -80,6 +109,11 @@ class Tiff {
     }
     tiff.position_ += got;
     return tmsize_t(got);
+  }
+  void count_tags(std::uint64_t bytes) {
+    if (bytes > *tag_bytes_left_)
+      reject(*file_, fmt::format("the tags of a page take more than {} bytes", kMostTagBytes));
+    *tag_bytes_left_ -= bytes;
   }
   static toff_t seek(thandle_t user, toff_t offset, int whence) {
     Tiff& tiff = self(user);
@@ -96,9 +130,10 @@ class Tiff {
 
   std::shared_ptr<const InputFile> file_;
   std::uint64_t size_, position_ = 0;
+  std::optional<std::uint64_t> tag_bytes_left_ = kMostTagBytes;  ///< while tags are read
   std::string message_;
   std::exception_ptr exception_;
-  TIFF* handle_ = nullptr;
+  std::unique_ptr<TIFF, Close> handle_;
 };
 
 /// The format of the current page. Throws Error(input) if boxunion cannot read it, or the file cannot hold
@@ -193,10 +228,10 @@ bool is_slice(const Tiff& tiff) {
 }
 
 /// Goes to the next page that is a slice; false at the end of the file.
-bool next_slice(const Tiff& tiff) {
+bool next_slice(Tiff& tiff) {
   do {
-    if (::TIFFLastDirectory(tiff.get())) return false;
-    if (!::TIFFReadDirectory(tiff.get())) tiff.fail("a page cannot be read");
+    if (tiff.is_last_page()) return false;
+    tiff.next_page();
   } while (!is_slice(tiff));
   return true;
 }
@@ -222,7 +257,7 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
   const PageFormat format = page_format(*tiff, 1);
   std::size_t pages = 1;
   while (next_slice(*tiff)) ++pages;
-  ::TIFFSetDirectory(tiff->get(), 0);
+  tiff->rewind();
   check_imagej(*tiff, pages);
   VoxelGrid grid;
   grid.size = {format.width, format.height, pages};

@@ -18,6 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "boxunion tuning 1";
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
 /// The launch of an entry; nothing if it makes no sense.
 std::optional<Launch> parse_launch(const Json& entry) {
@@ -55,7 +56,11 @@ TunedLaunches TunedLaunches::read(const std::string& path,
   };
   std::string text;
   try {
-    text = InputFile(path).read_all();
+    if (!std::filesystem::is_regular_file(path, error)) {
+      ignore("not a tuning file: expected a regular file");
+      return result;
+    }
+    text = InputFile(path).read_all(kMostBytes);
   } catch (const Error& failure) {
     if (warn) warn(fmt::format("{}; no tuning", failure.what()));
     return result;

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
+#include <span>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -15,35 +17,36 @@
 namespace boxunion {
 namespace {
 
-/// The voxels that boxes cover, in the bounds of all of them.
-Volume filled(const std::vector<IntegerBox>& boxes, const InputFile& file) {
-  if (boxes.empty()) reject(file, "found no voxel");
-  IntegerBox bounds = boxes[0];
-  for (const IntegerBox& box : boxes)
-    for (std::size_t a = 0; a < 3; ++a) {
-      bounds[a] = std::min(bounds[a], box[a]);
-      bounds[a + 3] = std::max(bounds[a + 3], box[a + 3]);
-    }
-  Volume volume;
-  VoxelGrid& grid = volume.grid;
+/// The voxels of a scene, in the bounds of all of them. The scene is read twice, so that its boxes are never
+/// all in memory.
+Volume filled(const InputFile& file, const VolumeOptions& options) {
+  constexpr std::int32_t kFirst = std::numeric_limits<std::int32_t>::max(), kLast = -kFirst;
+  IntegerBox bounds = {kFirst, kFirst, kFirst, kLast, kLast, kLast};
+  vox::stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
+    for (const IntegerBox& box : boxes)
+      for (std::size_t a = 0; a < 3; ++a) {
+        bounds[a] = std::min(bounds[a], box[a]);
+        bounds[a + 3] = std::max(bounds[a + 3], box[a + 3]);
+      }
+  });
+  if (bounds[0] > bounds[3]) reject(file, "found no voxel");
+  VoxelGrid grid;
   for (std::size_t a = 0; a < 3; ++a) {
     grid.size[a] = std::size_t(std::int64_t{bounds[a + 3]} - bounds[a]);
     grid.origin[a] = bounds[a];
   }
   check_extents(file, grid.size);
-  with_memory("the volume", grid.voxels(), [&] { volume.inside.resize(grid.voxels()); });
-  parallel_ranges(0, grid.voxels(), std::size_t{1} << 20, [&](std::size_t begin, std::size_t end) {
-    std::fill(volume.inside.begin() + std::ptrdiff_t(begin), volume.inside.begin() + std::ptrdiff_t(end),
-              std::uint8_t{0});
+  Volume volume(grid);
+  vox::stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
+    for (const IntegerBox& box : boxes)
+      for (std::int64_t z = box[2]; z < box[5]; ++z)
+        for (std::int64_t y = box[1]; y < box[4]; ++y) {
+          const std::size_t row =
+              (std::size_t(z - bounds[2]) * grid.size[1] + std::size_t(y - bounds[1])) * grid.size[0];
+          std::fill_n(&volume.inside[row + std::size_t(std::int64_t{box[0]} - bounds[0])], box[3] - box[0],
+                      std::uint8_t{1});
+        }
   });
-  for (const IntegerBox& box : boxes)
-    for (std::int64_t z = box[2]; z < box[5]; ++z)
-      for (std::int64_t y = box[1]; y < box[4]; ++y) {
-        const std::size_t row =
-            (std::size_t(z - bounds[2]) * grid.size[1] + std::size_t(y - bounds[1])) * grid.size[0];
-        std::fill_n(&volume.inside[row + std::size_t(std::int64_t{box[0]} - bounds[0])], box[3] - box[0],
-                    std::uint8_t{1});
-      }
   return volume;
 }
 
@@ -81,9 +84,10 @@ bool is_volume(const std::string& path) {
 
 Volume read_volume(const std::string& path, const VolumeOptions& options,
                    const std::atomic<bool>* interrupted) {
+  const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
   const FileFormat format = file_format(path, kVolumeFormats);
   const auto file = std::make_shared<InputFile>(path, interrupted);
-  if (format == FileFormat::vox) return filled(vox::read_boxes(*file, options), *file);
+  if (format == FileFormat::vox) return filled(*file, options);
   if (options.model)
     throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", file->name()));
   const auto stream = open_volume(file, format, options, interrupted);

@@ -64,7 +64,8 @@ std::optional<std::string_view> VolumeHeader::take_line() {
 }
 
 void VolumeHeader::add(const std::string& field, std::string_view value) {
-  if (!fields_.emplace(field, value).second) reject(*file_, fmt::format("the header has {} twice", field));
+  if (!fields_.emplace(field, value).second)
+    reject(*file_, fmt::format("the header has {} twice", shortened(field)));
 }
 
 const std::string* VolumeHeader::find(const std::string& field) const {
@@ -87,7 +88,7 @@ std::vector<double> VolumeHeader::numbers(const std::string& field, std::size_t 
     all.push_back(*number);
   }
   if (all.size() != count || words(value).size() != count)
-    reject(*file_, fmt::format("{} is \"{}\", expected {} finite numbers", field, value, count));
+    reject(*file_, fmt::format("{} is \"{}\", expected {} finite numbers", field, shortened(value), count));
   return all;
 }
 
@@ -97,7 +98,8 @@ std::array<std::size_t, 3> VolumeHeader::extents(const std::string& field) const
   const auto all = words(value);
   for (std::size_t a = 0; a < 3; ++a) {
     const auto extent = all.size() == 3 ? parse<std::uint64_t>(all[a]) : std::nullopt;
-    if (!extent) reject(*file_, fmt::format("{} is \"{}\", expected three whole numbers", field, value));
+    if (!extent)
+      reject(*file_, fmt::format("{} is \"{}\", expected three whole numbers", field, shortened(value)));
     extents[a] = *extent;
   }
   check_extents(*file_, extents);
@@ -108,7 +110,7 @@ std::int64_t VolumeHeader::whole(const std::string& field, std::int64_t otherwis
   const std::string* value = find(field);
   if (!value) return otherwise;
   const auto number = parse<std::int64_t>(*value);
-  if (!number) reject(*file_, fmt::format("{} is \"{}\", expected a whole number", field, *value));
+  if (!number) reject(*file_, fmt::format("{} is \"{}\", expected a whole number", field, shortened(*value)));
   return *number;
 }
 

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
+#include <span>
 #include <string>
-#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -22,56 +24,109 @@
 namespace boxunion::vox {
 namespace {
 
-using Dictionary = std::map<std::string, std::string, std::less<>>;
+/// A file that is read in blocks.
+class Blocks {
+ public:
+  explicit Blocks(const InputFile& file) : file_(file), size_(regular_size(file)) {}
+
+  const InputFile& file() const { return file_; }
+  std::uint64_t size() const { return size_; }
+  /// Fills `bytes`, fewer than a block, from an offset on.
+  void read(std::uint64_t offset, std::span<char> bytes) {
+    if (offset < begin_ || offset + bytes.size() > begin_ + block_.size()) {
+      begin_ = offset;
+      block_.resize(std::size_t(std::min<std::uint64_t>(kBlockBytes, size_ - offset)));
+      file_.read_at(begin_, block_);
+    }
+    std::copy_n(block_.begin() + std::ptrdiff_t(offset - begin_), bytes.size(), bytes.begin());
+  }
+
+ private:
+  static constexpr std::uint64_t kBlockBytes = 1 << 16;
+
+  const InputFile& file_;
+  std::uint64_t size_, begin_ = 0;
+  std::vector<char> block_;
+};
 
 /// Takes values off a part of the file.
 class Reader {
  public:
-  Reader(const InputFile& file, std::string_view bytes, std::size_t offset)
-      : file_(&file), bytes_(bytes), offset_(offset) {}
+  Reader(Blocks& blocks, std::uint64_t begin, std::uint64_t end)
+      : blocks_(&blocks), offset_(begin), end_(end) {}
 
-  bool is_empty() const { return bytes_.empty(); }
-  std::size_t offset() const { return offset_; }
+  bool is_empty() const { return offset_ == end_; }
+  std::uint64_t offset() const { return offset_; }
+  std::uint64_t left() const { return end_ - offset_; }
   [[noreturn]] void fail(const std::string& problem) const {
-    reject(*file_, fmt::format("offset {}: {}", offset_, problem));
+    reject(blocks_->file(), fmt::format("offset {}: {}", offset_, problem));
   }
 
-  std::string_view take(std::size_t count) {
-    if (count > bytes_.size())
-      fail(fmt::format("found {} bytes, expected {} more: the file is cut off", bytes_.size(), count));
-    const std::string_view taken = bytes_.substr(0, count);
-    bytes_.remove_prefix(count);
+  void skip(std::uint64_t count) {
+    if (count > left())
+      fail(fmt::format("found {} bytes, expected {} more: the file is cut off", left(), count));
     offset_ += count;
-    return taken;
   }
-  std::uint32_t take_number() {
-    std::uint32_t number;
-    std::memcpy(&number, take(4).data(), 4);
-    return number;
+  Reader take_part(std::uint64_t count) {
+    const std::uint64_t begin = offset_;
+    skip(count);
+    return {*blocks_, begin, offset_};
   }
-  Reader take_part(std::size_t count) {
-    const std::size_t at = offset_;
-    return {*file_, take(count), at};
+  template <class T>
+  T take() {
+    const std::uint64_t begin = offset_;
+    skip(sizeof(T));
+    T value;
+    blocks_->read(begin, {reinterpret_cast<char*>(&value), sizeof value});
+    return value;
   }
-  Dictionary take_dictionary() {
-    Dictionary dictionary;
+  std::uint32_t take_number() { return take<std::uint32_t>(); }
+  /// Takes a text; of a longer one than `most` bytes only these.
+  std::string take_text(std::uint32_t most) {
+    const std::uint32_t length = take_number();
+    const std::uint64_t begin = offset_;
+    skip(length);
+    std::string text(std::min(length, most), '\0');
+    if (!text.empty()) blocks_->read(begin, text);
+    return text;
+  }
+  void skip_dictionary() {
     for (std::uint32_t left = take_number(); left > 0; --left) {
-      std::string key(take(take_number()));
-      dictionary[std::move(key)] = take(take_number());
+      skip(take_number());
+      skip(take_number());
     }
-    return dictionary;
   }
 
  private:
-  const InputFile* file_;
-  std::string_view bytes_;
-  std::size_t offset_;
+  Blocks* blocks_;
+  std::uint64_t offset_, end_;
 };
 
-/// A model: its size, and x, y, z and colour of each voxel.
+/// Kind of a chunk.
+using Kind = std::array<char, 4>;
+constexpr Kind kind_of(const char (&name)[5]) {
+  return {name[0], name[1], name[2], name[3]};
+}
+
+/// x, y, z and colour of a voxel.
+using Voxel = std::array<std::uint8_t, 4>;
+
+/// A model: its size, where its voxels are in the file, and the bounds of those inside.
 struct Model {
   std::array<std::uint32_t, 3> size{};
-  std::string_view voxels;
+  std::uint64_t begin = 0, end = 0;
+  std::array<std::uint32_t, 3> lo{256, 256, 256}, hi{};
+
+  bool is_empty() const { return hi[0] == 0; }
+  /// The voxels within the bounds.
+  VoxelGrid grid() const {
+    VoxelGrid grid;
+    for (std::size_t a = 0; a < 3; ++a) {
+      grid.size[a] = hi[a] - lo[a];
+      grid.origin[a] = lo[a];
+    }
+    return grid;
+  }
 };
 
 /// Coordinate i of a point that is moved: sign[i] * point[from[i]] + shift[i].
@@ -96,16 +151,21 @@ struct Node {
   Placement placement;
   std::vector<std::uint32_t> children;
   std::optional<std::uint32_t> model;
+  bool was_seen = false;
 };
 
 struct Scene {
   std::vector<Model> models;
   std::map<std::uint32_t, Node> nodes;
+  std::uint64_t links = 0;  ///< children of all nodes
 };
 
-constexpr std::size_t kBytesAVoxel = 4;
+bool is_inside(const Voxel& voxel, const VolumeOptions& options) {
+  return double(voxel[3]) >= options.threshold.value_or(1);  // colour 0 is none
+}
 
-Model read_model(Reader& size, Reader& voxels) {
+/// Looks at all voxels of a model.
+Model read_model(Reader size, Reader voxels, const VolumeOptions& options) {
   Model model;
   const Reader start = size;
   for (std::uint32_t& extent : model.size) extent = size.take_number();
@@ -114,91 +174,113 @@ Model read_model(Reader& size, Reader& voxels) {
       start.fail(fmt::format("found a model of {} x {} x {} voxels, expected 1 to 256 along each axis",
                              model.size[0], model.size[1], model.size[2]));
   const std::uint32_t count = voxels.take_number();
-  model.voxels = voxels.take(kBytesAVoxel * std::size_t{count});
-  for (std::size_t i = 0; i < model.voxels.size(); i += kBytesAVoxel)
-    for (std::size_t a = 0; a < 3; ++a)
-      if (std::uint8_t(model.voxels[i + a]) >= model.size[a])
-        voxels.fail(fmt::format("voxel {} lies outside of its model", i / kBytesAVoxel + 1));
+  Reader data = voxels.take_part(sizeof(Voxel) * std::uint64_t{count});
+  model.begin = data.offset();
+  model.end = voxels.offset();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto voxel = data.take<Voxel>();
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (voxel[a] >= model.size[a]) voxels.fail(fmt::format("voxel {} lies outside of its model", i + 1));
+      if (!is_inside(voxel, options)) continue;
+      model.lo[a] = std::min<std::uint32_t>(model.lo[a], voxel[a]);
+      model.hi[a] = std::max<std::uint32_t>(model.hi[a], voxel[a] + 1u);
+    }
+  }
   return model;
 }
 
-/// Rotation _r (three signed rows, packed in a byte) and translation _t of a frame.
-Placement read_placement(const Reader& reader, const Dictionary& frame) {
+/// Rotation _r (three signed rows, packed in a byte).
+void set_rotation(Placement& placement, const Reader& reader, const std::string& text) {
+  unsigned bits = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), bits);
+  const std::size_t first = bits & 3, second = bits >> 2 & 3;
+  if (error != std::errc{} || end != text.data() + text.size() || bits > 127 || first > 2 || second > 2 ||
+      first == second)
+    reader.fail(fmt::format("_r is \"{}\", expected a rotation", text));
+  placement.from = {first, second, 3 - first - second};
+  for (std::size_t i = 0; i < 3; ++i) placement.sign[i] = bits >> (4 + i) & 1 ? -1 : 1;
+}
+
+/// Translation _t.
+void set_translation(Placement& placement, const Reader& reader, const std::string& text) {
+  const char *at = text.data(), *const end = at + text.size();
+  for (std::int64_t& shift : placement.shift) {
+    while (at != end && *at == ' ') ++at;
+    std::int32_t value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc{}) reader.fail(fmt::format("_t is \"{}\", expected three whole numbers", text));
+    at = next;
+    shift = value;
+  }
+}
+
+/// Takes the frame of a node.
+Placement take_placement(Reader& reader) {
+  constexpr std::uint32_t kLongestKey = 3, kLongestValue = 64;  // longer ones are none of ours
+  const Reader frame = reader;
+  std::optional<std::string> rotation, translation;
+  for (std::uint32_t left = reader.take_number(); left > 0; --left) {
+    const std::string key = reader.take_text(kLongestKey), value = reader.take_text(kLongestValue);
+    if (key == "_r") rotation = value;
+    if (key == "_t") translation = value;
+  }
   Placement placement;
-  if (const auto r = frame.find("_r"); r != frame.end()) {
-    unsigned bits = 0;
-    const auto [end, error] = std::from_chars(r->second.data(), r->second.data() + r->second.size(), bits);
-    const std::size_t first = bits & 3, second = bits >> 2 & 3;
-    if (error != std::errc{} || *end != '\0' || bits > 127 || first > 2 || second > 2 || first == second)
-      reader.fail(fmt::format("_r is \"{}\", expected a rotation", r->second));
-    placement.from = {first, second, 3 - first - second};
-    for (std::size_t i = 0; i < 3; ++i) placement.sign[i] = bits >> (4 + i) & 1 ? -1 : 1;
-  }
-  if (const auto t = frame.find("_t"); t != frame.end()) {
-    const char *at = t->second.data(), *const end = at + t->second.size();
-    for (std::int64_t& shift : placement.shift) {
-      while (at != end && *at == ' ') ++at;
-      std::int32_t value = 0;
-      const auto [next, error] = std::from_chars(at, end, value);
-      if (error != std::errc{})
-        reader.fail(fmt::format("_t is \"{}\", expected three whole numbers", t->second));
-      at = next;
-      shift = value;
-    }
-  }
+  if (rotation) set_rotation(placement, frame, *rotation);
+  if (translation) set_translation(placement, frame, *translation);
   return placement;
 }
 
 /// Reads the content of a node of the scene graph.
-void read_node(Reader reader, std::string_view kind, Scene& scene) {
+void read_node(Reader reader, const Kind& kind, Scene& scene) {
   const std::uint32_t id = reader.take_number();
   if (scene.nodes.contains(id)) reader.fail(fmt::format("node {} is there twice", id));
   Node& node = scene.nodes[id];
-  reader.take_dictionary();  // name, hidden
-  if (kind == "nTRN") {
+  reader.skip_dictionary();  // name, hidden
+  if (kind == kind_of("nTRN")) {
     node.children.push_back(reader.take_number());
     reader.take_number();  // reserved
     reader.take_number();  // layer
     if (reader.take_number() < 1) reader.fail("found no frame, expected at least 1");
-    const Reader frame = reader;
-    node.placement = read_placement(frame, reader.take_dictionary());
+    node.placement = take_placement(reader);
     return;
   }
   for (std::uint32_t left = reader.take_number(); left > 0; --left) {
     const std::uint32_t below = reader.take_number();
-    if (kind == "nGRP")
+    if (kind == kind_of("nGRP"))
       node.children.push_back(below);
     else if (!node.model)
       node.model = below;  // later ones are later frames of an animation
-    if (kind == "nSHP") reader.take_dictionary();
+    if (kind == kind_of("nSHP")) reader.skip_dictionary();
   }
+  scene.links += node.children.capacity();
 }
 
-Scene read_scene(const InputFile& file, std::string_view bytes) {
-  Reader reader(file, bytes, 0);
-  if (!bytes.starts_with("VOX ")) reject(file, "not a MagicaVoxel file, expected it to start with \"VOX \"");
-  reader.take(4);
+Scene read_scene(Blocks& blocks, const VolumeOptions& options) {
+  const InputFile& file = blocks.file();
+  Reader reader(blocks, 0, blocks.size());
+  if (blocks.size() < 4 || reader.take<Kind>() != kind_of("VOX "))
+    reject(file, "not a MagicaVoxel file, expected it to start with \"VOX \"");
   if (const std::uint32_t version = reader.take_number(); version != 150 && version != 200)
     reject(file, fmt::format("found version {}, expected 150 or 200", version));
-  if (reader.take(4) != "MAIN") reader.fail("found no chunk MAIN");
+  if (reader.take<Kind>() != kind_of("MAIN")) reader.fail("found no chunk MAIN");
   const std::uint32_t main_bytes = reader.take_number(), children_bytes = reader.take_number();
-  reader.take(main_bytes);
+  reader.skip(main_bytes);
 
   Scene scene;
   std::optional<Reader> size;
   for (Reader chunks = reader.take_part(children_bytes); !chunks.is_empty();) {
-    const std::string_view kind = chunks.take(4);
+    const auto kind = chunks.take<Kind>();
     const std::uint32_t content_bytes = chunks.take_number(), inner_bytes = chunks.take_number();
     Reader content = chunks.take_part(content_bytes);
-    chunks.take(inner_bytes);
-    if (kind == "SIZE") {
+    chunks.skip(inner_bytes);
+    if (kind == kind_of("SIZE")) {
       if (size) content.fail("found a chunk SIZE, expected XYZI");
       size = content;
-    } else if (kind == "XYZI") {
+    } else if (kind == kind_of("XYZI")) {
       if (!size) content.fail("found a chunk XYZI, expected SIZE before it");
-      scene.models.push_back(read_model(*size, content));
+      scene.models.push_back(read_model(*size, content, options));
       size.reset();
-    } else if (kind == "nTRN" || kind == "nGRP" || kind == "nSHP") {
+    } else if (kind == kind_of("nTRN") || kind == kind_of("nGRP") || kind == kind_of("nSHP")) {
       read_node(content, kind, scene);
     }
   }
@@ -207,40 +289,62 @@ Scene read_scene(const InputFile& file, std::string_view bytes) {
   return scene;
 }
 
-/// The boxes of a model at its own coordinates. Only the bounds of its voxels are looked at: many models of a
-/// few voxels may claim the greatest size.
-std::vector<IntegerBox> model_boxes(const Model& model, const VolumeOptions& options) {
-  const double threshold = options.threshold.value_or(1);  // colour 0 is none
-  std::array<std::size_t, 3> lo{256, 256, 256}, hi{};
-  const auto for_each_inside = [&](auto&& f) {
-    for (std::size_t i = 0; i < model.voxels.size(); i += kBytesAVoxel) {
-      const auto byte = [&](std::size_t b) { return std::size_t(std::uint8_t(model.voxels[i + b])); };
-      if (double(byte(3)) >= threshold) f(std::array{byte(0), byte(1), byte(2)});
-    }
+/// Where each model is, by walking the graph from node 0.
+std::vector<std::vector<Placement>> place_models(const InputFile& file, Scene& scene) {
+  struct Step {
+    const Node* node;
+    Placement placement;
+    std::size_t next = 0;  // of the children
   };
-  for_each_inside([&](const std::array<std::size_t, 3>& voxel) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      lo[a] = std::min(lo[a], voxel[a]);
-      hi[a] = std::max(hi[a], voxel[a] + 1);
+  std::vector<std::vector<Placement>> places(scene.models.size());
+  std::vector<Step> path;
+  const auto enter = [&](std::uint32_t id, const Placement& outer) {
+    const auto found = scene.nodes.find(id);
+    if (found == scene.nodes.end()) reject(file, fmt::format("the scene graph has no node {}", id));
+    Node& node = found->second;
+    if (std::exchange(node.was_seen, true))
+      reject(file, fmt::format("the scene graph has node {} twice, expected a tree", id));
+    path.push_back({&node, outer.after(node.placement)});
+    if (!node.model) return;
+    if (*node.model >= places.size())
+      reject(file,
+             fmt::format("node {} has model {}, expected less than {}", id, *node.model, places.size()));
+    places[*node.model].push_back(path.back().placement);
+  };
+  enter(0, {});
+  while (!path.empty()) {
+    file.check_interrupted();
+    Step& step = path.back();
+    if (step.next == step.node->children.size()) {
+      path.pop_back();
+    } else {
+      const std::uint32_t child = step.node->children[step.next++];
+      enter(child, Placement(step.placement));  // a copy: the path moves as it grows
     }
-  });
-  if (hi[0] == 0) return {};
+  }
+  return places;
+}
 
-  Volume volume;
-  auto& size = volume.grid.size;
-  for (std::size_t a = 0; a < 3; ++a) size[a] = hi[a] - lo[a];
-  volume.inside.assign(volume.grid.voxels(), 0);
-  for_each_inside([&](const std::array<std::size_t, 3>& voxel) {
-    volume.inside[((voxel[2] - lo[2]) * size[1] + voxel[1] - lo[1]) * size[0] + voxel[0] - lo[0]] = 1;
+/// Gives the boxes of a model at its own coordinates, some at a time. Only the bounds of its voxels are
+/// looked at: many models of a few voxels may claim the greatest size.
+template <class Take>
+void stream_model(Blocks& blocks, const Model& model, const VolumeOptions& options, Take&& take) {
+  if (model.is_empty()) return;
+  Volume volume(model.grid());
+  const auto& size = volume.grid.size;
+  for (Reader voxels(blocks, model.begin, model.end); !voxels.is_empty();)
+    if (const auto v = voxels.take<Voxel>(); is_inside(v, options))
+      volume.inside[((v[2] - model.lo[2]) * size[1] + v[1] - model.lo[1]) * size[0] + v[0] - model.lo[0]] = 1;
+  stream_voxel_boxes(stream_of(volume), [&](const BoxSet& boxes) {
+    blocks.file().check_interrupted();
+    boxes.visit([&](const auto& all) {
+      if constexpr (std::is_same_v<decltype(all), const std::vector<IntegerBox>&>) take(std::span(all));
+    });
   });
-  std::vector<IntegerBox> boxes = index_boxes(stream_of(volume));
-  for (IntegerBox& box : boxes)
-    for (std::size_t c = 0; c < 6; ++c) box[c] += std::int32_t(lo[c % 3]);
-  return boxes;
 }
 
 /// The boxes of a model, which turns about the middle of its size, rounded down.
-std::vector<IntegerBox> placed_boxes(const InputFile& file, const std::vector<IntegerBox>& boxes,
+std::vector<IntegerBox> placed_boxes(const InputFile& file, std::span<const IntegerBox> boxes,
                                      const Model& model, const Placement& placement) {
   std::vector<IntegerBox> result(boxes.size());
   for (std::size_t k = 0; k < boxes.size(); ++k) {
@@ -260,47 +364,41 @@ std::vector<IntegerBox> placed_boxes(const InputFile& file, const std::vector<In
   return result;
 }
 
+/// The memory that streaming a scene may take, about: its graph and its largest model.
+std::uint64_t bytes_of(const Scene& scene) {
+  std::uint64_t largest = 0;
+  for (const Model& model : scene.models)
+    if (!model.is_empty())
+      largest = std::max(largest, model.grid().voxels() + boxunion::stream_bytes(model.grid()));
+  constexpr std::uint64_t kOfNode = 2 * sizeof(Node) + sizeof(Placement), kOfModel = 2 * sizeof(Model);
+  return largest + scene.models.size() * kOfModel + scene.nodes.size() * kOfNode +
+         scene.links * sizeof(std::uint32_t);
+}
+
 }  // namespace
 
-void stream_boxes(const InputFile& file, const VolumeOptions& options,
-                  const std::function<void(std::span<const IntegerBox>)>& take) {
-  const std::uint64_t bytes = regular_size(file);
-  std::string content = with_memory(file.name(), bytes, [&] { return std::string(bytes, '\0'); });
-  file.read_at(0, content);
-  const Scene scene = read_scene(file, content);
-  if (options.model) {
-    if (*options.model < 1 || *options.model > scene.models.size())
-      throw Error(ErrorKind::usage, fmt::format("model is {}, expected 1 to {}, the models of {}",
-                                                *options.model, scene.models.size(), file.name()));
-    return take(model_boxes(scene.models[*options.model - 1], options));
-  }
-  std::vector<std::vector<IntegerBox>> boxes;
-  boxes.reserve(scene.models.size());
-  for (const Model& model : scene.models) boxes.push_back(model_boxes(model, options));
+void stream_boxes(const InputFile& file, const VolumeOptions& options, const BoxSink& take,
+                  const std::function<void(std::uint64_t)>& expect) {
+  Blocks blocks(file);
+  Scene scene = read_scene(blocks, options);
+  if (options.model && (*options.model < 1 || *options.model > scene.models.size()))
+    throw Error(ErrorKind::usage, fmt::format("model is {}, expected 1 to {}, the models of {}",
+                                              *options.model, scene.models.size(), file.name()));
+  if (expect) expect(bytes_of(scene));
+  if (options.model) return stream_model(blocks, scene.models[*options.model - 1], options, take);
   if (scene.nodes.empty()) {
-    for (const auto& of_model : boxes) take(of_model);
+    for (const Model& model : scene.models) stream_model(blocks, model, options, take);
     return;
   }
-
-  std::vector<std::pair<std::uint32_t, Placement>> open = {{0, {}}};
-  std::set<std::uint32_t> seen;
-  while (!open.empty()) {
-    const auto [id, outer] = open.back();
-    open.pop_back();
-    const auto node = scene.nodes.find(id);
-    if (node == scene.nodes.end()) reject(file, fmt::format("the scene graph has no node {}", id));
-    if (!seen.insert(id).second)
-      reject(file, fmt::format("the scene graph has node {} twice, expected a tree", id));
-    const Placement placement = outer.after(node->second.placement);
-    for (auto child = node->second.children.rbegin(); child != node->second.children.rend(); ++child)
-      open.emplace_back(*child, placement);
-    if (const auto model = node->second.model) {
-      if (*model >= scene.models.size())
-        reject(file,
-               fmt::format("node {} has model {}, expected less than {}", id, *model, scene.models.size()));
-      take(placed_boxes(file, boxes[*model], scene.models[*model], placement));
-    }
-  }
+  const std::vector<std::vector<Placement>> places = place_models(file, scene);
+  for (std::size_t m = 0; m < places.size(); ++m)
+    if (!places[m].empty())
+      stream_model(blocks, scene.models[m], options, [&](std::span<const IntegerBox> boxes) {
+        for (const Placement& placement : places[m]) {
+          file.check_interrupted();
+          take(placed_boxes(file, boxes, scene.models[m], placement));
+        }
+      });
 }
 
 std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options) {
@@ -308,13 +406,6 @@ std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& o
   stream_boxes(file, options,
                [&](std::span<const IntegerBox> boxes) { all.insert(all.end(), boxes.begin(), boxes.end()); });
   return all;
-}
-
-std::uint64_t stream_bytes(const InputFile& file) {
-  const VoxelGrid largest{.size = {256, 256, 256}};
-  // a voxel of four bytes may be a box, in its model and once more where that is
-  return largest.voxels() + boxunion::stream_bytes(largest) +
-         regular_size(file) * (1 + 2 * sizeof(IntegerBox) / kBytesAVoxel);
 }
 
 }  // namespace boxunion::vox

@@ -195,6 +195,11 @@ void InsideTest::operator()(std::span<const char> numbers, std::span<std::uint8_
   });
 }
 
+std::string shortened(std::string_view text) {
+  constexpr std::size_t kMost = 100;
+  return text.size() <= kMost ? std::string(text) : fmt::format("{}...", text.substr(0, kMost));
+}
+
 void reject(const InputFile& file, const std::string& problem) {
   throw Error(ErrorKind::input, fmt::format("{}: {}", file.name(), problem));
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/volume.hpp"
 #include "host/input.hpp"
@@ -41,6 +42,9 @@ struct VoxelData {
   Element element = Element::u8;
   bool big_endian = false;
 };
+
+/// What a message shows of a text in a file: its first characters.
+std::string shortened(std::string_view text);
 
 /// Throws Error(input) that names the file.
 [[noreturn]] void reject(const InputFile& file, const std::string& problem);

@@ -129,7 +129,7 @@ TEST_F(Csv, CommentsMayBeLongerThanABlock) {
 
 TEST_F(Csv, ALineWithoutEndIsAnError) {
   EXPECT_EQ(error("0,0,0,1,1,1\n" + std::string(40 << 20, '7')),
-            "a.csv:2: the line is longer than 33554432 bytes, expected six numbers");
+            "a.csv:2: the line is longer than 8388608 bytes, expected six numbers");
 }
 
 /// An NPY file of the given header fields.

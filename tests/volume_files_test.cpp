@@ -20,11 +20,13 @@
 #include "host/volume.hpp"
 #include "tests/temporary.hpp"
 #include "tests/volumes.hpp"
+#include "tests/vox.hpp"
 
 namespace boxunion {
 namespace {
 
 using namespace std::string_literals;
+using namespace scene;
 
 /// Compressed by zlib, in its own format or gzip's.
 std::string deflated(const std::string& plain, bool gzip) {
@@ -410,52 +412,16 @@ TEST_F(VolumeFile, BadMetaImageIsNamed) {
             "a.mha: found 1 bytes after the 12 bytes of the voxels, expected none");
 }
 
-/// A chunk of a .vox file, without inner chunks.
-std::string chunk(const std::string& kind, const std::string& content) {
-  return kind + bytes<std::uint32_t>({std::uint32_t(content.size()), 0}) + content;
-}
-std::string text(const std::string& value) {
-  return bytes<std::uint32_t>({std::uint32_t(value.size())}) + value;
-}
-std::string dictionary(const std::vector<std::pair<std::string, std::string>>& entries) {
-  std::string all = bytes<std::uint32_t>({std::uint32_t(entries.size())});
-  for (const auto& [key, value] : entries) all += text(key) + text(value);
-  return all;
-}
-std::string vox(const std::string& chunks) {
-  return "VOX " + bytes<std::uint32_t>({150}) + "MAIN" +
-         bytes<std::uint32_t>({0, std::uint32_t(chunks.size())}) + chunks;
-}
-std::string model(const std::vector<std::uint32_t>& size,
-                  const std::vector<std::array<std::uint8_t, 4>>& voxels) {
-  std::string data = bytes<std::uint32_t>({std::uint32_t(voxels.size())});
-  for (const auto& voxel : voxels) data += bytes<std::uint8_t>({voxel.begin(), voxel.end()});
-  return chunk("SIZE", bytes(size)) + chunk("XYZI", data);
-}
-std::string transform(std::uint32_t id, std::uint32_t child,
-                      const std::vector<std::pair<std::string, std::string>>& frame) {
-  return chunk("nTRN", bytes<std::uint32_t>({id}) + dictionary({{"_hidden", "1"}}) +
-                           bytes<std::uint32_t>({child, std::uint32_t(-1), 0, 1}) + dictionary(frame));
-}
-std::string group(std::uint32_t id, const std::vector<std::uint32_t>& children) {
-  return chunk("nGRP", bytes<std::uint32_t>({id}) + dictionary({}) +
-                           bytes<std::uint32_t>({std::uint32_t(children.size())}) + bytes(children));
-}
-std::string shape(std::uint32_t id, std::uint32_t of_model) {
-  return chunk("nSHP", bytes<std::uint32_t>({id}) + dictionary({}) + bytes<std::uint32_t>({1, of_model}) +
-                           dictionary({}));
-}
-
 const std::string kBar = model({4, 1, 1}, {{0, 0, 0, 5}, {1, 0, 0, 5}, {3, 0, 0, 9}});
 const std::string kCube = model({3, 3, 3}, {{2, 1, 0, 1}});
 
 TEST_F(VolumeFile, VoxModelsWithoutAGraphLieAtTheirOwnCoordinates) {
-  EXPECT_EQ(
-      read("a.vox", vox(chunk("PACK", bytes<std::uint32_t>({2})) + kBar + kCube + chunk("RGBA", "colours"))),
-      (std::vector<Box>{{0, 0, 0, 2, 1, 1}, {3, 0, 0, 4, 1, 1}, {2, 1, 0, 3, 2, 1}}));
+  EXPECT_EQ(read("a.vox", vox_file(chunk("PACK", bytes<std::uint32_t>({2})) + kBar + kCube +
+                                   chunk("RGBA", "colours"))),
+            (std::vector<Box>{{0, 0, 0, 2, 1, 1}, {3, 0, 0, 4, 1, 1}, {2, 1, 0, 3, 2, 1}}));
   EXPECT_TRUE(is_integer_);
-  EXPECT_EQ(read("a.vox", vox(kBar + kCube), {.model = 2}), (std::vector<Box>{{2, 1, 0, 3, 2, 1}}));
-  EXPECT_EQ(read("a.vox", vox(kBar), {.threshold = 6}), (std::vector<Box>{{3, 0, 0, 4, 1, 1}}));
+  EXPECT_EQ(read("a.vox", vox_file(kBar + kCube), {.model = 2}), (std::vector<Box>{{2, 1, 0, 3, 2, 1}}));
+  EXPECT_EQ(read("a.vox", vox_file(kBar), {.threshold = 6}), (std::vector<Box>{{3, 0, 0, 4, 1, 1}}));
 }
 
 TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
@@ -463,17 +429,17 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
   // twice.
   const std::string quarter_turn = std::to_string(1 | 0 << 2 | 1 << 4);
   const std::string scene =
-      vox(kBar + kCube + transform(0, 1, {}) + group(1, {2, 4, 6}) +
-          transform(2, 3, {{"_r", quarter_turn}, {"_t", "10 20 30"}}) + shape(3, 0) +
-          transform(4, 5, {{"_t", "-5 0 7"}}) + shape(5, 1) + transform(6, 7, {}) + shape(7, 1));
+      vox_file(kBar + kCube + transform(0, 1, {}) + group(1, {2, 4, 6}) +
+               transform(2, 3, {{"_r", quarter_turn}, {"_t", "10 20 30"}}) + shape(3, 0) +
+               transform(4, 5, {{"_t", "-5 0 7"}}) + shape(5, 1) + transform(6, 7, {}) + shape(7, 1));
   EXPECT_EQ(
       read("a.vox", scene),
       (std::vector<Box>{
           {9, 18, 30, 10, 20, 31}, {9, 21, 30, 10, 22, 31}, {-4, 0, 6, -3, 1, 7}, {1, 0, -1, 2, 1, 0}}));
   // Rotations compose: the group turns by another quarter, so that the bar points to -x.
   const std::string nested =
-      vox(kBar + transform(0, 1, {{"_r", quarter_turn}, {"_t", "100 0 0"}}) + group(1, {2}) +
-          transform(2, 3, {{"_r", quarter_turn}, {"_t", "10 0 0"}}) + shape(3, 0));
+      vox_file(kBar + transform(0, 1, {{"_r", quarter_turn}, {"_t", "100 0 0"}}) + group(1, {2}) +
+               transform(2, 3, {{"_r", quarter_turn}, {"_t", "10 0 0"}}) + shape(3, 0));
   EXPECT_EQ(read("a.vox", nested), (std::vector<Box>{{100, 9, 0, 102, 10, 1}, {98, 9, 0, 99, 10, 1}}));
   const Volume volume = read_volume(folder_.file("a.vox"));
   EXPECT_EQ(volume.grid.size, (std::array<std::size_t, 3>{4, 1, 1}));
@@ -491,13 +457,15 @@ TEST_F(VolumeFile, VoxScenesGoToDiskWhereThereIsABudget) {
     nodes +=
         transform(2 + 2 * i, 3 + 2 * i, {{"_t", std::to_string(5 * i) + " 0 0"}}) + shape(3 + 2 * i, i % 2);
   }
-  const std::string path = folder_.write("a.vox", vox(kBar + kCube + nodes + group(1, children)));
+  const std::string large = model({256, 256, 256}, {{0, 0, 0, 1}, {255, 255, 255, 1}});  // is nowhere
+  const std::string path =
+      folder_.write("a.vox", vox_file(kBar + kCube + large + nodes + group(1, children)));
   const BoxSet all = read_boxes(path);
   EXPECT_EQ(all.size(), 3 * kTimes / 2);
   const auto opened = [&](std::uint64_t mebibytes) {
     return open_boxes(path, Budget{mebibytes << 20, folder_.file("."), 0});
   };
-  const std::unique_ptr<BoxFile> file = opened(110);
+  const std::unique_ptr<BoxFile> file = opened(130);
   ASSERT_EQ(file->size(), all.size());
   const BoxSet spooled = file->read(0, all.size());
   for (std::size_t i = 0; i < all.size(); ++i) ASSERT_EQ(spooled[i], all[i]);
@@ -511,6 +479,18 @@ TEST_F(VolumeFile, VoxScenesGoToDiskWhereThereIsABudget) {
   }
 }
 
+TEST_F(VolumeFile, VoxGraphsOfManyChildrenOrEntriesTakeLittleMemory) {
+  // a group of a million children that are all the same node; frames of many entries without a meaning
+  const std::string many = group(1, std::vector<std::uint32_t>(1'000'000, 2));
+  EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 1, {}) + many + transform(2, 3, {}) + shape(3, 0))),
+            "a.vox: the scene graph has node 2 twice, expected a tree");
+  std::vector<std::pair<std::string, std::string>> entries(100'000, {"key", std::string(50, 'x')});
+  entries.emplace_back("_t", "10 0 0");
+  entries.emplace_back("_tt", std::string(100'000, '1'));
+  EXPECT_EQ(read("a.vox", vox_file(kCube + transform(0, 1, entries) + shape(1, 0))),
+            (std::vector<Box>{{11, 0, -1, 12, 1, 0}}));
+}
+
 /// The time for a model is that of its voxels' bounds, whatever size it claims: 16 MB a model take minutes.
 TEST_F(VolumeFile, VoxModelsOfFewVoxelsAreRead) {
   constexpr int kModels = 30'000;
@@ -518,7 +498,7 @@ TEST_F(VolumeFile, VoxModelsOfFewVoxelsAreRead) {
   for (int i = 0; i < kModels; ++i)
     models += model({256, 256, 256}, {{std::uint8_t(i), 255, 7, 1}, {std::uint8_t(i), 254, 7, 1}});
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<Box> boxes = read("a.vox", vox(models));
+  const std::vector<Box> boxes = read("a.vox", vox_file(models));
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
   ASSERT_EQ(boxes.size(), std::size_t{kModels});
   for (int i = 0; i < kModels; ++i) {
@@ -530,36 +510,40 @@ TEST_F(VolumeFile, VoxModelsOfFewVoxelsAreRead) {
 TEST_F(VolumeFile, BadVoxIsNamed) {
   EXPECT_EQ(error("a.vox", "PNG"), "a.vox: not a MagicaVoxel file, expected it to start with \"VOX \"");
   EXPECT_EQ(error("a.vox", "VOX \x09\0\0\0MAIN"s), "a.vox: found version 9, expected 150 or 200");
-  EXPECT_EQ(error("a.vox", vox(kBar).substr(0, 60)),
+  EXPECT_EQ(error("a.vox", vox_file(kBar).substr(0, 60)),
             "a.vox: offset 20: found 40 bytes, expected 52 more: the file is cut off");
-  EXPECT_EQ(error("a.vox", vox("")), "a.vox: found no model, expected chunks SIZE and XYZI");
-  EXPECT_EQ(error("a.vox", vox(chunk("XYZI", ""))),
+  EXPECT_EQ(error("a.vox", vox_file("")), "a.vox: found no model, expected chunks SIZE and XYZI");
+  EXPECT_EQ(error("a.vox", vox_file(chunk("XYZI", ""))),
             "a.vox: offset 32: found a chunk XYZI, expected SIZE before it");
-  EXPECT_EQ(error("a.vox", vox(chunk("SIZE", bytes<std::uint32_t>({1, 1, 1})))),
+  EXPECT_EQ(error("a.vox", vox_file(chunk("SIZE", bytes<std::uint32_t>({1, 1, 1})))),
             "a.vox: offset 32: found a chunk SIZE without XYZI");
-  EXPECT_EQ(error("a.vox", vox(model({1, 257, 1}, {}))),
+  EXPECT_EQ(error("a.vox", vox_file(model({1, 257, 1}, {}))),
             "a.vox: offset 32: found a model of 1 x 257 x 1 voxels, expected 1 to 256 along each axis");
-  EXPECT_EQ(error("a.vox", vox(model({1, 0, 1}, {}))),
+  EXPECT_EQ(error("a.vox", vox_file(model({1, 0, 1}, {}))),
             "a.vox: offset 32: found a model of 1 x 0 x 1 voxels, expected 1 to 256 along each axis");
-  EXPECT_EQ(error("a.vox", vox(model({1, 1, 1}, {{0, 0, 0, 1}, {0, 1, 0, 1}}))),
+  EXPECT_EQ(error("a.vox", vox_file(model({1, 1, 1}, {{0, 0, 0, 1}, {0, 1, 0, 1}}))),
             "a.vox: offset 68: voxel 2 lies outside of its model");
-  EXPECT_EQ(error("a.vox", vox(chunk("SIZE", bytes<std::uint32_t>({1, 1, 1})) +
-                               chunk("XYZI", bytes<std::uint32_t>({0x40000000})))),
+  EXPECT_EQ(error("a.vox", vox_file(chunk("SIZE", bytes<std::uint32_t>({1, 1, 1})) +
+                                    chunk("XYZI", bytes<std::uint32_t>({0x40000000})))),
             "a.vox: offset 60: found 0 bytes, expected 4294967296 more: the file is cut off");
-  EXPECT_EQ(error("a.vox", vox(kBar + transform(0, 1, {}))), "a.vox: the scene graph has no node 1");
-  EXPECT_EQ(error("a.vox", vox(kBar + transform(0, 0, {}))),
+  EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 1, {}))), "a.vox: the scene graph has no node 1");
+  EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 0, {}))),
             "a.vox: the scene graph has node 0 twice, expected a tree");
-  EXPECT_EQ(error("a.vox", vox(kBar + transform(0, 1, {}) + shape(1, 3))),
+  EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 1, {}) + shape(1, 3))),
             "a.vox: node 1 has model 3, expected less than 1");
-  EXPECT_NE(error("a.vox", vox(kBar + transform(0, 1, {{"_r", "5"}}) + shape(1, 0)))
+  EXPECT_NE(error("a.vox", vox_file(kBar + transform(0, 1, {{"_r", "5"}}) + shape(1, 0)))
                 .find("_r is \"5\", expected a rotation"),
             std::string::npos);
-  EXPECT_NE(error("a.vox", vox(kBar + transform(0, 1, {{"_t", "1 2"}}) + shape(1, 0)))
+  EXPECT_NE(error("a.vox", vox_file(kBar + transform(0, 1, {{"_t", "1 2"}}) + shape(1, 0)))
                 .find("_t is \"1 2\", expected three whole numbers"),
             std::string::npos);
-  EXPECT_EQ(error("a.vox", vox(kBar + transform(0, 1, {{"_t", "2147483647 0 0"}}) + shape(1, 0))),
+  EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 1, {{"_t", "2147483647 0 0"}}) + shape(1, 0))),
             "a.vox: a voxel lies at 2147483649, expected coordinates of 32 bits");
-  EXPECT_THROW(read("a.vox", vox(kBar), {.model = 2}), Error);
+  EXPECT_THROW(read("a.vox", vox_file(kBar), {.model = 2}), Error);
+  EXPECT_NE(
+      error("a.vox", vox_file(kBar + transform(0, 1, {{"_t", std::string(1'000'000, '1')}}) + shape(1, 0)))
+          .find("_t is \"11111"),
+      std::string::npos);
 }
 
 /// A volume's file from the shared data, or a skipped test.
