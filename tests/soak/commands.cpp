@@ -185,7 +185,8 @@ std::string check_status(const CommandJob& job, const CommandOptions& options, c
     if (end.err != "boxunion: error: interrupted\n")
       return "it did not say that it was interrupted: " + end.err;
     if (!end.out.empty()) return "it was interrupted after it had printed results";
-  } else if (status != 0 && !(status == 5 && job.megabytes)) {
+  } else if (status != 0 &&
+             !(status == 5 && (job.megabytes || end.err.find("memory") != std::string::npos))) {
     return fmt::format("exit status {}: {}", status, end.err);
   }
   if (end.signalled && end.seconds > options.latency)
