@@ -81,10 +81,6 @@ void add_command(Random& random, CommandJob& job) {
   }
 }
 
-bool takes_memory(const CommandJob& job) {
-  return job.arguments[0] == "measure" || job.arguments[0] == "boundary" || job.arguments[0] == "decompose";
-}
-
 /// Writes the boxes in a process of its own, so that this one stays small: what a process has when it starts
 /// another one counts in the peak memory of that.
 void write_inputs(const CommandJob& job, const TemporaryFolder& folder) {
@@ -225,7 +221,7 @@ CommandJob make_command_job(std::uint64_t seed, const CommandOptions& options) {
     job.signal = random.one_of<int>({SIGINT, SIGINT, SIGTERM, SIGTERM, SIGHUP});
     job.moment = random.between(0.01, 2);
   }
-  if (takes_memory(job) && (!job.signal || random.one_in(3)))
+  if (job.arguments[0] != "generate" && (!job.signal || random.one_in(3)))
     job.megabytes = std::uint64_t(random.between(100, 1000));
   if (job.megabytes) add(job.arguments, {"--memory", fmt::format("{}M", *job.megabytes)});
   job.size = std::size_t(job.signal ? random.between(20'000, 400'000) : random.between(100, 200'000));
