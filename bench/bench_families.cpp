@@ -14,7 +14,6 @@
 #include <string>
 
 #include "bench/timing.hpp"
-#include "core/adjacency.hpp"
 #include "core/components.hpp"
 #include "core/decomposition.hpp"
 #include "host/boundary.hpp"
@@ -49,7 +48,7 @@ Output run_decompose(const BoxSet& boxes) {
 Output run_label(const BoxSet& boxes) {
   const Solid solid = unite(boxes, {.device = "native"});
   const Decomposition disjoint = decompose(make_evm(solid, {2, 1, 0}), BoxModel::cudb);
-  label_components(find_neighbors(disjoint, Connectivity::faces));
+  label_components(disjoint, Connectivity::faces);
   return {solid.vertices.size(), disjoint.boxes.size()};
 }
 

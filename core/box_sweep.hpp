@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "core/evm.hpp"
+#include "core/parallel.hpp"
 #include "core/section_rectangles.hpp"
 
 // Sweeps that cut a solid into disjoint boxes. They take its planes of extreme vertices in the order of A,
-// one by one, and hold no more than the section between two of them. Coordinates are of type C: ordinals, or
-// the 64-bit numbers of OrderedPoint.
+// one by one, and hold no more than the section between two of them and as many vertices. Coordinates are of
+// type C: ordinals, or the 64-bit numbers of OrderedPoint.
 
 namespace boxunion {
 
@@ -36,6 +37,7 @@ class OudbSweep {
   template <class Add>
   void pass(const ExtremeVertices<2, C>& plane, C a, Add&& add) {
     for (SectionSweep<2, C> lines{std::span(section_)}; lines.next() != lines.kEnd;) {
+      Interruptible::check();
       const C b = lines.next();
       lines.advance();
       const ExtremeVertices<1, C>& ends = lines.section();
@@ -46,6 +48,9 @@ class OudbSweep {
     std::swap(section_, scratch_);
     a_ = a;
   }
+  /// Behind the last plane.
+  template <class Add>
+  void finish(Add&&) {}
 
   /// The memory that it holds, and what it takes more, about, for each vertex of the next plane.
   static constexpr std::size_t kVertexBytes = 3 * sizeof(OrderedPoint<2, C>);
@@ -62,23 +67,37 @@ class OudbSweep {
 template <class C>
 class CudbSweep {
  public:
-  /// Passes a plane. Calls add(low corner, high corner) for every box that ends there.
+  /// Passes a plane. Calls add(low corner, high corner) for boxes that have ended, in the order of their
+  /// ends; for the last of them in finish().
   template <class Add>
   void pass(const ExtremeVertices<2, C>& plane, C a, Add&& add) {
+    for (const auto& [b, c] : plane) vertices_.push_back({a, b, c});
+    if (vertices_.size() >= rectangles_.batch()) finish(add);
+  }
+  /// Behind the last plane.
+  template <class Add>
+  void finish(Add&& add) {
     using Rectangle = SectionRectangle<C>;
     rectangles_.pass(
-        plane, [a](const Rectangle&) { return a; },
-        [&](const Rectangle& r) {
+        std::span(vertices_), [](const Rectangle&, C a) { return a; },
+        [&](const Rectangle& r, C a) {
           add(OrderedPoint<3, C>{r.mark, r.b_lo, r.c_lo}, OrderedPoint<3, C>{a, r.b_hi, r.c_hi});
         });
+    vertices_.clear();
   }
 
   /// The memory that it holds, and what it takes more, about, for each vertex of the next plane.
-  static constexpr std::size_t kVertexBytes = 4 * sizeof(SectionRectangle<C>);
-  std::size_t bytes() const { return rectangles_.bytes(); }
+  static constexpr std::size_t kVertexBytes =
+      4 * sizeof(SectionRectangle<C>) + 2 * sizeof(OrderedPoint<3, C>);
+  std::size_t bytes() const {
+    return rectangles_.bytes() + vertices_.capacity() * sizeof(OrderedPoint<3, C>);
+  }
+  /// The work so far: SectionRectangles::steps().
+  std::uint64_t steps() const { return rectangles_.steps(); }
 
  private:
   SectionRectangles<C> rectangles_;
+  ExtremeVertices<3, C> vertices_;  // of planes that wait, until they are as many as the section has
 };
 
 }  // namespace boxunion

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/box_faces.hpp"
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "core/exact.hpp"
+#include "core/interruptible_loop.hpp"
 #include "core/memory.hpp"
 #include "core/parallel.hpp"
 
@@ -49,6 +51,17 @@ class VolumeSum {
   Dyadic total_;
 };
 
+/// Numbers sets of boxes in the order of their first ones.
+Labels number_sets(DisjointSets& sets, std::uint32_t boxes) {
+  Labels result;
+  with_memory("the labels", boxes * sizeof(std::uint32_t), [&] { result.labels.resize(boxes); });
+  interruptible_loop(boxes, [&](std::size_t i) {
+    const std::uint32_t first = sets.find(std::uint32_t(i));
+    result.labels[i] = first == i ? ++result.count : result.labels[first];
+  });
+  return result;
+}
+
 }  // namespace
 
 Labels label_components(const Adjacency& adjacency) {
@@ -63,13 +76,18 @@ Labels label_components(const Adjacency& adjacency) {
       for (const NeighborLists& lists : adjacency.backward)
         for (const std::uint32_t other : lists[i]) sets.join(std::uint32_t(i), other);
   });
-  Labels result;
-  with_memory("the labels", boxes * sizeof(std::uint32_t), [&] { result.labels.resize(boxes); });
-  for (std::uint32_t i = 0; i < boxes; ++i) {
-    const std::uint32_t first = sets.find(i);
-    result.labels[i] = first == i ? ++result.count : result.labels[first];
-  }
-  return result;
+  return number_sets(sets, boxes);
+}
+
+Labels label_components(const Decomposition& decomposition, Connectivity connectivity) {
+  validate(connectivity);
+  const auto boxes = std::uint32_t(decomposition.boxes.size());
+  DisjointSets sets(boxes, "joining boxes");
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    join_boxes<FacePairs::enough>(decomposition, connectivity, axis, [&] {
+      return [&](std::uint32_t below, std::uint32_t above) { sets.join(below, above); };
+    });
+  return number_sets(sets, boxes);
 }
 
 std::vector<Component> measure_components(const Decomposition& decomposition, const Labels& labels) {
@@ -82,11 +100,12 @@ std::vector<Component> measure_components(const Decomposition& decomposition, co
     if (label < 1 || label > labels.count)
       throw Error(ErrorKind::usage, fmt::format("a box has label {}, expected 1 to {}", label, labels.count));
   std::vector<std::size_t> next(std::size_t{labels.count} + 1, 0);  // place of a component's next box
-  for (const std::uint32_t label : labels.labels) ++next[label];
+  interruptible_loop(boxes.size(), [&](std::size_t i) { ++next[labels.labels[i]]; });
   std::partial_sum(next.begin(), next.end(), next.begin());
   Array<std::uint32_t> sorted;  // boxes by label
   with_memory("the components", boxes.size() * sizeof(std::uint32_t), [&] { sorted.resize(boxes.size()); });
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) sorted[next[labels.labels[i] - 1]++] = i;
+  interruptible_loop(boxes.size(),
+                     [&](std::size_t i) { sorted[next[labels.labels[i] - 1]++] = std::uint32_t(i); });
 
   std::array<const Axis*, 3> axes{};
   for (std::size_t i = 0; i < 3; ++i) axes[i] = &decomposition.axes[decomposition.order[i]];

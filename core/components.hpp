@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/adjacency.hpp"
+#include "core/connectivity.hpp"
 #include "core/decomposition.hpp"
 #include "core/voxel_labels.hpp"
 
@@ -20,6 +21,9 @@ struct Labels {
 /// Labels boxes by union-find over their neighbour lists (instead of the two passes with a map of
 /// equivalences of Cruz-Matías and Ayala, section 3.5). Parallel; the same labels on any number of threads.
 Labels label_components(const Adjacency& adjacency);
+/// The same without the lists, of which n boxes may have n^2: over as many pairs of neighbours as connect
+/// them all, in about n log n time. Throws Error(resources) if memory does not suffice.
+Labels label_components(const Decomposition& decomposition, Connectivity connectivity);
 
 /// A connected component of a union of disjoint boxes.
 struct Component {

@@ -21,6 +21,9 @@ constexpr std::uint64_t kMostBoxes = 0xffffffffu;
   throw Error(ErrorKind::resources, "the decomposition has 2^32 boxes or more");
 }
 
+/// Thrown by a sweep that has found more boxes than it may.
+struct TooMany {};
+
 /// Keeps one of those points that are there an odd number of times; they are sorted.
 template <class Points>
 void keep_odd(Points& points) {
@@ -42,6 +45,12 @@ void find_oudb(const Evm& evm, Add&& add) {
                  [&](const ExtremeVertices<2>& plane, std::uint32_t a) { sweep.pass(plane, a, add); });
 }
 
+/// Planes that a thread sweeps, and the section before them.
+struct Planes {
+  std::span<const OrderedPoint<3>> vertices;
+  ExtremeVertices<2> before;
+};
+
 /// Part of a sweep for the CUDB. Its first boxes, `inherited` of them, go on from the part before.
 struct Part {
   std::vector<OrdinalBox>
@@ -51,22 +60,23 @@ struct Part {
 };
 
 /// A box lasts as long as its rectangle belongs to the section: as CudbSweep, but in the order in which boxes
-/// begin. `before` is the section before the planes.
-Part sweep(std::span<const OrderedPoint<3>> vertices, const ExtremeVertices<2>& before) {
+/// begin. Throws TooMany if there are more than `most`.
+Part sweep(const Planes& planes, std::uint64_t most) {
   using Rectangle = SectionRectangle<std::uint32_t>;
   Part part;
   SectionRectangles<std::uint32_t> rectangles;
-  const auto pass = [&](const ExtremeVertices<2>& plane, std::uint32_t a) {
-    const auto begin = [&](const Rectangle& r) {
-      if (part.boxes.size() == kMostBoxes) throw_too_many();
-      part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
-      return static_cast<std::uint32_t>(part.boxes.size() - 1);
-    };
-    rectangles.pass(plane, begin, [&](const Rectangle& r) { part.boxes[r.mark].hi[0] = a; });
+  const auto begin = [&](const Rectangle& r, std::uint32_t a) {
+    if (part.boxes.size() - part.inherited == most) throw TooMany();
+    part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
+    return static_cast<std::uint32_t>(part.boxes.size() - 1);
   };
-  pass(before, Axis::kOrdinalMin);
+  const auto end = [&](const Rectangle& r, std::uint32_t a) { part.boxes[r.mark].hi[0] = a; };
+  ExtremeVertices<3> inherited;
+  inherited.reserve(planes.before.size());
+  for (const auto& [b, c] : planes.before) inherited.push_back({Axis::kOrdinalMin, b, c});
+  rectangles.pass(inherited, begin, end);
   part.inherited = part.boxes.size();
-  for_each_plane(vertices, pass);
+  rectangles.pass(planes.vertices, begin, end);
   for (const Rectangle& r : rectangles.all()) part.open.push_back(r.mark);
   return part;
 }
@@ -81,8 +91,10 @@ ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
   return points;
 }
 
-/// Cuts the sweep into parts of whole planes, for as many threads as there are.
-std::vector<Part> sweep_in_parts(const Evm& evm) {
+/// Cuts the sweep into parts of whole planes, for as many threads as there are. None begins where the section
+/// is much larger than what the part sweeps, so that all sections together have no more than twice the
+/// vertices.
+std::vector<Planes> cut_sweep(const Evm& evm) {
   constexpr std::size_t kLeastVertices = 1 << 14;
   const std::size_t wanted = std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, thread_count());
   std::vector<std::span<const OrderedPoint<3>>> cuts;
@@ -92,18 +104,30 @@ std::vector<Part> sweep_in_parts(const Evm& evm) {
     cuts.push_back(rest.first(count));
     rest = rest.subspan(count);
   }
-  std::vector<ExtremeVertices<2>> sections(cuts.size());
-  parallel_ranges(1, std::max<std::size_t>(cuts.size(), 1), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) sections[i] = section_change(cuts[i - 1]);
+  std::vector<ExtremeVertices<2>> changes(cuts.size());
+  parallel_ranges(0, std::max<std::size_t>(cuts.size(), 1) - 1, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) changes[i] = section_change(cuts[i]);
   });
-  ExtremeVertices<2> sum;
-  for (std::size_t i = 2; i < cuts.size(); ++i) {
-    exclusive_or(sections[i - 1], sections[i], sum);
-    std::swap(sections[i], sum);
+  std::vector<Planes> parts;
+  ExtremeVertices<2> section, next;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    if (i == 0 || section.size() <= 2 * cuts[i].size())
+      parts.push_back({cuts[i], section});
+    else
+      parts.back().vertices = {parts.back().vertices.begin(), cuts[i].end()};
+    exclusive_or(section, changes[i], next);
+    std::swap(section, next);
+    changes[i] = ExtremeVertices<2>();  // {} would keep the memory
   }
-  std::vector<Part> parts(cuts.size());
-  parallel_ranges(0, cuts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) parts[i] = sweep(cuts[i], sections[i]);
+  return parts;
+}
+
+/// Throws TooMany if a part finds more than `most` boxes.
+std::vector<Part> sweep_in_parts(const Evm& evm, std::uint64_t most) {
+  const std::vector<Planes> planes = cut_sweep(evm);
+  std::vector<Part> parts(planes.size());
+  parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) parts[i] = sweep(planes[i], most);
   });
   return parts;
 }
@@ -135,9 +159,14 @@ Decomposition decompose(const Evm& evm, BoxModel model) {
   validate(evm.order);
   Decomposition result{evm.axes, evm.order, {}};
   if (model == BoxModel::cudb) {
-    join_parts(sweep_in_parts(evm), result.boxes);
+    try {
+      join_parts(sweep_in_parts(evm, kMostBoxes), result.boxes);
+    } catch (const TooMany&) {
+      throw_too_many();
+    }
   } else {
-    const std::uint64_t count = count_boxes(evm, model);  // they may be far more than the vertices
+    const std::uint64_t count =
+        count_boxes(evm, model, kMostBoxes);  // they may be far more than the vertices
     if (count > kMostBoxes) throw_too_many();
     with_memory("the decomposition", count * sizeof(OrdinalBox), [&] { result.boxes.reserve(count); });
     find_oudb(evm, [&](const OrderedPoint<3>& lo, const OrderedPoint<3>& hi) {
@@ -147,13 +176,19 @@ Decomposition decompose(const Evm& evm, BoxModel model) {
   return result;
 }
 
-std::uint64_t count_boxes(const Evm& evm, BoxModel model) {
+std::uint64_t count_boxes(const Evm& evm, BoxModel model, std::uint64_t most) {
   std::uint64_t count = 0;
-  if (model == BoxModel::oudb)
-    find_oudb(evm, [&](const auto&, const auto&) { ++count; });
-  else
-    for (const Part& part : sweep_in_parts(evm)) count += part.boxes.size() - part.inherited;
-  return count;
+  try {
+    if (model == BoxModel::oudb)
+      find_oudb(evm, [&](const auto&, const auto&) {
+        if (++count > most) throw TooMany();
+      });
+    else
+      for (const Part& part : sweep_in_parts(evm, most)) count += part.boxes.size() - part.inherited;
+  } catch (const TooMany&) {
+    return most + 1;
+  }
+  return std::min(count, most + 1);
 }
 
 Evm make_evm(const Decomposition& decomposition) {

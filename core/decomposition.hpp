@@ -29,12 +29,12 @@ struct Decomposition {
 /// The decomposition of a solid, in the order of its EVM. No two boxes touch along C. Throws
 /// Error(resources) if memory does not suffice or there are 2^32 boxes or more.
 ///
-/// OUDB costs the sum of the sizes of all sections. CUDB is made without the OUDB: of a section only those
-/// rectangles are looked at that reach the lines where a plane of vertices changes it.
+/// Both cost near-linear time and memory in the vertices of the solid and the boxes. CUDB is made without the
+/// OUDB: of a section only rectangles are looked at that touch what a plane of vertices flips.
 Decomposition decompose(const Evm& evm, BoxModel model);
 
-/// How many boxes decompose() would give.
-std::uint64_t count_boxes(const Evm& evm, BoxModel model);
+/// How many boxes decompose() would give; most + 1 if they are more than `most`, without finding all of them.
+std::uint64_t count_boxes(const Evm& evm, BoxModel model, std::uint64_t most = std::uint64_t{1} << 62);
 
 /// The extreme vertices of the union of disjoint boxes: their symmetric difference (section 3.3).
 Evm make_evm(const Decomposition& decomposition);

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/octants.hpp"
+#include "core/interruptible_loop.hpp"
 #include "core/radix_sort.hpp"
 #include "core/xor_merge.hpp"
 
@@ -37,6 +38,7 @@ class Combination {
       if (at == Axis::kOrdinalMax) break;
       if (sweep_p.next() == at) sweep_p.advance();
       if (sweep_q.next() == at) sweep_q.advance();
+      Interruptible::check();
       sections_(sweep_p.section(), sweep_q.section(), next_);
       exclusive_or(section_, next_, plane_);
       append_plane(at, plane_, result);
@@ -132,11 +134,11 @@ Evm make_evm(const Solid& solid, const AxisOrder& order) {
   Evm evm{solid.axes, order, {}};
   const auto count = std::size_t(std::count_if(solid.vertices.begin(), solid.vertices.end(), extreme));
   with_memory("the extreme vertices", count * sizeof(OrderedPoint<3>), [&] { evm.vertices.reserve(count); });
-  for (const Vertex& v : solid.vertices)
-    if (extreme(v)) {
-      const std::uint32_t p[] = {v.x, v.y, v.z};
-      evm.vertices.push_back({p[order[0]], p[order[1]], p[order[2]]});
-    }
+  interruptible_loop(solid.vertices.size(), [&](std::size_t i) {
+    const Vertex& v = solid.vertices[i];
+    const std::uint32_t p[] = {v.x, v.y, v.z};
+    if (extreme(v)) evm.vertices.push_back({p[order[0]], p[order[1]], p[order[2]]});
+  });
   if (order != kSolidOrder) radix_sort(std::span(evm.vertices), PointKey());
   return evm;
 }
@@ -229,6 +231,7 @@ Solid make_solid(const Evm& evm) {
   XorMerge merge(std::uint32_t(distinct.size()));
   std::vector<ContourVertex> lower, upper;
   for (SectionSweep<3> planes{std::span(zyx.vertices)}; planes.next() != Axis::kOrdinalMax;) {
+    Interruptible::check();
     const std::uint32_t z = planes.next();
     planes.advance();
     make_contour(planes.section(), upper);

@@ -31,19 +31,23 @@ std::optional<BoxModel> box_model(Model model) {
 }
 
 /// The extreme vertices in the order asked for, or in that which gives the model the fewest elements (of
-/// equals the first; extreme vertices are as many in every order).
+/// equals the first; extreme vertices are as many in every order). One order may give far more than another,
+/// so none is counted much further than the best.
 Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::optional<AxisOrder>& order) {
   if (order || !boxes) return make_evm(solid, order.value_or(kAxisOrders[0]));
   Evm best;
-  std::uint64_t fewest = 0;
-  for (const AxisOrder& candidate : kAxisOrders) {
-    Evm evm = make_evm(solid, candidate);
-    const std::uint64_t count = count_boxes(evm, *boxes);
-    if (candidate != kAxisOrders[0] && count >= fewest) continue;
-    fewest = count;
-    best = std::move(evm);
+  for (std::uint64_t limit = 8 * solid.vertices.size();; limit *= 8) {
+    std::uint64_t fewest = limit + 1;
+    for (const AxisOrder& candidate : kAxisOrders) {
+      Evm evm = make_evm(solid, candidate);
+      const std::uint64_t count = count_boxes(evm, *boxes, fewest - 1);
+      if (count >= fewest) continue;
+      fewest = count;
+      best = std::move(evm);
+    }
+    if (fewest <= limit) return best;
+    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() says that it is too much
   }
-  return best;
 }
 
 /// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the

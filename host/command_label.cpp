@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/adjacency.hpp"
 #include "core/components.hpp"
 #include "core/decomposition.hpp"
 #include "core/memory.hpp"
@@ -57,9 +56,7 @@ std::vector<Result> label_boxes_of(const std::string& input, LabelFiles files, C
   Stages stages(report, common.interrupted);
   const Decomposition boxes = decompose(make_evm(solid, kOrder), BoxModel::cudb);
   stages.finish("boxes");
-  const Adjacency adjacency = find_neighbors(boxes, connectivity);
-  stages.finish("neighbors");
-  const Labels labels = label_components(adjacency);
+  const Labels labels = label_components(boxes, connectivity);
   stages.finish("labels");
   stages.end();
   if (files.labels) write_labelled_boxes(to_boxes(boxes), labels.labels, std::move(*files.labels));

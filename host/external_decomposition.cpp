@@ -124,18 +124,24 @@ class Decomposer {
   }
 
   /// Puts `points`, in the first order, into that which gives the fewest boxes; returns it and their number.
+  /// One order may give far more than another, so none is counted much further than the best.
   std::pair<AxisOrder, std::uint64_t> choose_order(std::unique_ptr<Corners>& points) {
-    std::pair best(kAxisOrders[0], count_boxes(*points, kAxisOrders[0]));
+    std::pair<AxisOrder, std::uint64_t> best;
     std::unique_ptr<Corners> best_points;
-    for (const AxisOrder& order : std::span(kAxisOrders).subspan(1)) {
-      std::unique_ptr<Corners> candidate = reorder(*points, kAxisOrders[0], order);
-      const std::uint64_t count = count_boxes(*candidate, order);
-      if (count >= best.second) continue;
-      best = {order, count};
-      best_points = std::move(candidate);
+    for (std::uint64_t limit = 8 * points->count();; limit *= 8) {
+      best.second = limit + 1;
+      for (const AxisOrder& order : kAxisOrders) {
+        std::unique_ptr<Corners> candidate;
+        if (order != kAxisOrders[0]) candidate = reorder(*points, kAxisOrders[0], order);
+        const std::uint64_t count = count_boxes(candidate ? *candidate : *points, order, best.second - 1);
+        if (count >= best.second) continue;
+        best = {order, count};
+        best_points = std::move(candidate);
+      }
+      if (best.second > limit) continue;
+      if (best_points) points = std::move(best_points);
+      return best;
     }
-    if (best_points) points = std::move(best_points);
-    return best;
   }
 
   /// Calls `add` for every box: of the OUDB in order, of the CUDB as they end.
@@ -168,6 +174,7 @@ class Decomposer {
       }
     });
     if (count > 0) pass();
+    sweep.finish(add);
   }
 
   [[noreturn]] void throw_too_large(std::uint64_t bytes, const AxisOrder& order) const {
@@ -177,9 +184,17 @@ class Decomposer {
                             "xyz"[order[0]], (solid_.budget_for(2 * bytes) >> 20) + 1));
   }
 
-  std::uint64_t count_boxes(Corners& points, const AxisOrder& order) {
+  /// How many boxes there are; most + 1 if they are more than `most`.
+  std::uint64_t count_boxes(Corners& points, const AxisOrder& order,
+                            std::uint64_t most = std::uint64_t{1} << 62) {
+    struct TooMany {};
     std::uint64_t count = 0;
-    sweep(points, order, [&](const Corner&, const Corner&) { ++count; });
+    try {
+      sweep(points, order, [&](const Corner&, const Corner&) {
+        if (++count > most) throw TooMany();
+      });
+    } catch (const TooMany&) {
+    }
     return count;
   }
 

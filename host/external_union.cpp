@@ -399,7 +399,8 @@ class ExternalUnion::Run {
 
   /// Shows that a fraction of the pass is done.
   void show_progress(double fraction) const {
-    if (options_.progress) options_.progress((pass_ + std::min(1.0, fraction)) / (1 + passes_));
+    if (options_.progress)
+      options_.progress(std::min(1.0, (pass_ + std::min(1.0, fraction)) / (1 + passes_)));
   }
 
   std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
