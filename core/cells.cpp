@@ -329,7 +329,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
     for (int& log : grid.log_edge) log = std::min(log, int(std::bit_width(tuning_.cell - 1)));
     count_cells();
     for (; grid.count() > kMostCells; count_cells()) ++*std::ranges::min_element(grid.log_edge);
-    grid.most_items = double(kMostCells) + 64 * double(items.size());
+    grid.most_items = kMostCells + 64 * items.size();
     return grid;
   }
 
@@ -371,7 +371,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
     per_box = best_per_box;
     count_cells();
   }
-  grid.most_items = kMostMisjudged * (per_box * double(items.size()));
+  grid.most_items = std::size_t(kMostMisjudged * per_box * double(items.size()));
   return grid;
 }
 
@@ -397,7 +397,7 @@ bool TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::si
 
 /// Marks the cells that one box covers (UNION3, section 4, step 3a). False if the boxes touch too many cells.
 bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
-  double touched = 0;
+  std::size_t touched = 0;
   const std::uint64_t edge =
       packed::pack(1u << grid.log_edge[0], 1u << grid.log_edge[1], 1u << grid.log_edge[2]);
   for (const std::uint32_t i : items) {
@@ -414,7 +414,7 @@ bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const
       some &= from[a] < to[a];
     }
     if (!some) continue;
-    touched += double(to[0] - from[0]) * double(to[1] - from[1]) * double(to[2] - from[2]);
+    touched += std::size_t{to[0] - from[0]} * (to[1] - from[1]) * (to[2] - from[2]);
     if (touched > grid.most_items) return false;
     for (std::uint32_t z = from[2]; z < to[2]; ++z)
       for (std::uint32_t y = from[1]; y < to[1]; ++y) {
@@ -440,7 +440,7 @@ bool TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const
     }
     const std::size_t most = std::size_t{to[0] - from[0] + 1} * (to[1] - from[1] + 1) * (to[2] - from[2] + 1);
     touched += most;
-    if (double(touched) > grid.most_items) return false;
+    if (touched > grid.most_items) return false;
     if (level.pairs.size() < count + most) level.pairs.resize(2 * (count + most));
     for (std::uint32_t z = from[2]; z <= to[2]; ++z)
       for (std::uint32_t y = from[1]; y <= to[1]; ++y)

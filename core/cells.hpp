@@ -125,7 +125,7 @@ class TileCutter {
     PackedRegion region;
     std::array<int, 3> log_edge{};  // log2 of the cell's edge
     std::array<std::uint32_t, 3> cells{};
-    double most_items = 0;  // that the boxes may touch cells, or the grid was misjudged
+    std::size_t most_items = 0;  // cells that the boxes may touch, each counted by itself
     std::size_t count() const { return std::size_t{cells[0]} * cells[1] * cells[2]; }
     PackedRegion cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const;
   };

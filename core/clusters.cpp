@@ -1,6 +1,7 @@
 #include "core/clusters.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -14,9 +15,10 @@ using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // of boxes compared at 
 using Lanes8 [[gnu::vector_size(32)]] = std::uint32_t;
 constexpr std::uint32_t kMostLanes = 8;
 constexpr std::uint64_t kMostCompared = 64;  // per box, on average
-// By division: at least so many boxes, none of a sample of which touch; and no more than so many pairs per
-// box.
-constexpr std::size_t kLeastDivided = 512, kDivisionSample = 64, kMostPairs = 8;
+// By division: if a sweep would take at least so many comparisons per box, each of which touches so few
+// others by estimate and in fact.
+constexpr std::uint64_t kLeastDivided = 512, kMostPairs = 8;
+constexpr double kMostExpected = 2;
 constexpr std::uint32_t kFirst = 512;   // if of the first ones, at most half of all, ...
 constexpr double kMostTouching = 0.75;  // ... more than this share touch a later one, the sweep gives up
 
@@ -43,6 +45,34 @@ template <class Lanes>
   std::uint32_t any = 0;
   for (std::uint32_t i = 0; i < lanes; ++i) any |= found[i];
   return any != 0;
+}
+
+/// How many others a box would touch, on average, were boxes of such edges strewn evenly; by a sample.
+double expected_to_touch(std::span<const PackedBox> boxes) {
+  constexpr std::size_t kSample = 24;
+  std::vector<PackedBox> sample;
+  Sample(boxes.size(), kSample).each([&](std::size_t i) { sample.push_back(boxes[i]); });
+  std::array<double, 3> span;
+  std::vector<std::array<double, 3>> edges(sample.size());
+  for (unsigned a = 0; a < 3; ++a) {
+    std::uint32_t lo = packed::kMax, hi = 0;
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      const std::uint32_t from = packed::field(sample[i].lo, int(a)),
+                          to = packed::field(sample[i].hi, int(a));
+      lo = std::min(lo, from), hi = std::max(hi, to);
+      edges[i][a] = double(to - from);
+    }
+    span[a] = double(hi - lo);
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < sample.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      double probability = 1;
+      for (unsigned a = 0; a < 3; ++a)
+        probability *= std::min(1.0, (edges[i][a] + edges[j][a] + 1) / span[a]);
+      sum += probability;
+    }
+  return 2 * sum / double(sample.size() * (sample.size() - 1)) * double(boxes.size());
 }
 
 }  // namespace
@@ -99,7 +129,8 @@ template <class Lanes>
   for (std::uint32_t i = 0; i < n; ++i) compared += bucket_end_[last_[i]] - i;
   parent_.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) parent_[i] = i;
-  if (compared > kMostCompared * n) return join_by_division(boxes);
+  if (compared > kLeastDivided * n) return join_by_division(boxes);
+  if (compared > kMostCompared * n) return false;
   const std::uint32_t first = std::min(kFirst, n / 2), most_touching = std::uint32_t(kMostTouching * first);
   std::uint32_t touching = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -128,13 +159,7 @@ template <class Lanes>
 
 /// The same of boxes that are too long for a sweep, unless many of them touch.
 bool Clusters::join_by_division(std::span<const PackedBox> boxes) {
-  if (boxes.size() < kLeastDivided) return false;
-  std::vector<PackedBox> sample;
-  Sample(boxes.size(), kDivisionSample).each([&](std::size_t i) { sample.push_back(boxes[i]); });
-  for (std::size_t i = 0; i < sample.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (packed::all_le(sample[i].lo, sample[j].hi) && packed::all_le(sample[j].lo, sample[i].hi))
-        return false;
+  if (expected_to_touch(boxes) > kMostExpected) return false;
   std::vector<std::uint32_t> place(boxes.size());
   for (std::uint32_t i = 0; i < place.size(); ++i) place[index_[i]] = i;
   return pairs_.find(boxes, kMostPairs * boxes.size(),
