@@ -263,6 +263,8 @@ bool can_be_tiled(const OrdinalBox& region) {
   return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kRegionLogEdge) == 0; });
 }
 
+constexpr double kMostTouched = 3, kMostTouchedInRegion = 8;  // tiles, by a box, on average
+
 /// The boxes of combine_by_cells in ordinals, and how they go into tiles.
 class TiledBoxes {
  public:
@@ -310,8 +312,10 @@ class TiledBoxes {
       plan_ = ordinals_.region
                   ? TileGrid::plan(sources_, *ordinals_.region, kRegionLogEdge, least_in_tile_, sample)
                   : TileGrid::plan(sources_, counts_, kSumsLogEdge, least_in_tile_, sample);
-      // the caller answers for a region, which must not depend on the boxes there
-      if (ordinals_.region || !is_wasteful()) return;
+      if (!is_wasteful()) return;
+      // of a region all slabs are summed, or none
+      if (ordinals_.region && plan_.touched < kMostTouchedInRegion) return;
+      if (ordinals_.region) throw SumsAreWasteful();
       sums_ = false;
     }
     plan_ = TileGrid::plan(sources_, counts_, kPackedLogEdge, least_in_tile_, sample);
@@ -329,7 +333,6 @@ class TiledBoxes {
 
   /// True if most tiles would be empty, or if boxes are so long that each would be in many.
   bool is_wasteful() const {
-    constexpr double kMostTouched = 3;
     return plan_.count() > std::max<std::size_t>(512, boxes_ / 4) || plan_.touched >= kMostTouched;
   }
 

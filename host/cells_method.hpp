@@ -13,10 +13,14 @@ namespace boxunion {
 /// Of a region that begins at multiples of 2^12 even sums can be found, not only vertices.
 inline constexpr int kRegionLogEdge = 12;
 
+/// Thrown where sums of a region were asked for, but its boxes are in so many tiles each that vertices would
+/// be found in less time and memory.
+struct SumsAreWasteful {};
+
 /// An expression over sets of boxes by cells (Franklin, UNION3): boxes into tiles, tiles into cells, cells
 /// through a kernel. Boxes of three lattices, if not kept as ordinals, are read as they are.
 /// `sets` are the operands, in the order of the expression's names. Throws Error(usage) for the kernel faces,
-/// if the expression is not a union.
+/// if the expression is not a union, and SumsAreWasteful if there are `mass` and a region.
 ///
 /// Gives the vertices to `vertices`; or, if `mass` is given, adds to it whatever is cheaper to find, sums or
 /// vertices, and `vertices` stays unused. Fills report.kernel, device, cells and stage times.

@@ -35,12 +35,15 @@ constexpr std::uint64_t kMiB = 1 << 20;
 constexpr std::uint64_t kBaseBytes = 96 * kMiB, kDeviceBytes = 512 * kMiB, kSlicesBytes = 384 * kMiB;
 constexpr std::uint64_t kLeastBytes = 4 * kMiB;  // for boxes
 // A box in the engine: as ordinals and in tiles; where axes are no lattices, while they are sorted.
-constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176;
+// Long boxes are in many cells each.
+constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176, kLongBoxBytes = 1000;
+constexpr double kLong = 0.1;  // of the extent of all, a box on its longest axis, on average
 constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
 constexpr std::size_t kMostSlabs = 64;  // cut at once
 constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
 constexpr unsigned kMostDepth = 32;
-constexpr double kCutShare = 0.3;  // of the time of slabs: what cutting takes
+constexpr double kMostTouchedTiles = 3;  // by a box, on average, where sums are to be found
+constexpr double kCutShare = 0.3;        // of the time of slabs: what cutting takes
 
 using Ordinal = std::uint32_t;
 
@@ -63,6 +66,23 @@ struct Survey {
 
 bool is_degenerate(const Box& box) {
   return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
+}
+
+/// True if many boxes run through a good part of all.
+bool are_long(std::span<const Box> sample) {
+  std::array<double, 3> lo, hi;
+  lo.fill(std::numeric_limits<double>::max());
+  hi.fill(std::numeric_limits<double>::lowest());
+  for (const Box& box : sample)
+    for (unsigned a = 0; a < 3; ++a) lo[a] = std::min(lo[a], box[a]), hi[a] = std::max(hi[a], box[a + 3]);
+  double sum = 0;
+  for (const Box& box : sample) {
+    double longest = 0;  // halves, because differences may overflow
+    for (unsigned a = 0; a < 3; ++a)
+      if (hi[a] > lo[a]) longest = std::max(longest, (box[a + 3] / 2 - box[a] / 2) / (hi[a] / 2 - lo[a] / 2));
+    sum += longest;
+  }
+  return sum > kLong * double(sample.size());
 }
 
 /// Looks at all boxes of a file, and gives them to `sums` too, if that is not null. Of invalid ones the first
@@ -275,6 +295,7 @@ class ExternalUnion::Run {
     survey_ = survey(file_, options.statistics ? &box_sums_ : nullptr);
     axes_ = survey_.lattices.axes();
     is_lattice_ = std::ranges::all_of(axes_, [](const Axis& axis) { return axis.count() > 0; });
+    are_long_ = are_long(survey_.sample);
     watch.lap("survey");
   }
 
@@ -317,6 +338,26 @@ class ExternalUnion::Run {
   }
 
   MassProperties measure() {
+    try {
+      return measure_slabs();
+    } catch (const SumsAreWasteful&) {
+      may_be_summed_ = false;
+      slabs_ = boxes_in_slabs_ = boxes_done_ = 0;
+      report_.cells = {};
+      return measure_slabs();
+    }
+  }
+
+  template <class C>
+  void unite(std::uint64_t bytes, const typename SlabVertices<C>::Take& take) {
+    run(bytes, [&](Ordinals slab) {
+      SlabVertices<C> sink(slab.axes, axes_, take);
+      unite(std::move(slab), nullptr, sink);
+    });
+  }
+
+ private:
+  MassProperties measure_slabs() {
     MassTotals totals;
     MassSink whole(axes_);
     std::array<std::uint64_t, 256> masks{};
@@ -336,20 +377,16 @@ class ExternalUnion::Run {
     return totals.result();
   }
 
-  template <class C>
-  void unite(std::uint64_t bytes, const typename SlabVertices<C>::Take& take) {
-    run(bytes, [&](Ordinals slab) {
-      SlabVertices<C> sink(slab.axes, axes_, take);
-      unite(std::move(slab), nullptr, sink);
-    });
+  std::uint64_t box_bytes() const {
+    return are_long_ ? kLongBoxBytes : is_lattice_ ? kLatticeBoxBytes : kGeneralBoxBytes;
   }
-
- private:
-  std::uint64_t box_bytes() const { return is_lattice_ ? kLatticeBoxBytes : kGeneralBoxBytes; }
 
   template <class C, class Use>
   void solve(const BoxSource<C>& source, const RegionOf<C>& region, unsigned depth, Use& use) {
-    if (depth == 0) sums_fit_ = can_be_summed(region, source.count());
+    if (depth == 0) {
+      may_be_summed_ = may_be_summed_ && are_short(source.sample());
+      sums_fit_ = may_be_summed_ && can_be_summed(region, source.count());
+    }
     if (source.count() <= slab_boxes_) {
       Stopwatch watch(report_);
       Ordinals slab = load_slab(source, region, axes_);
@@ -374,13 +411,25 @@ class ExternalUnion::Run {
     watch.lap("cut");
     if (depth == 0) {
       for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();
-      sums_fit_ = std::ranges::all_of(
-          slabs, [&](const auto& slab) { return can_be_summed(slab->region(), slab_boxes_); });
+      sums_fit_ = may_be_summed_ && std::ranges::all_of(slabs, [&](const auto& slab) {
+                    return can_be_summed(slab->region(), slab_boxes_);
+                  });
     }
     for (auto& slab : slabs) {
       if (slab->count() > 0) solve<C>(*slab, slab->region(), depth + 1, use);
       slab.reset();  // gives its disk back
     }
+  }
+
+  /// True if boxes, in ordinals of lattices, would be in few tiles of sums each.
+  static bool are_short(std::span<const Box> sample) {
+    double touched = 0;
+    for (const Box& box : sample) {
+      double tiles = 1;
+      for (unsigned a = 0; a < 3; ++a) tiles *= 1 + (box[a + 3] - box[a]) / (1 << kRegionLogEdge);
+      touched += tiles;
+    }
+    return touched <= kMostTouchedTiles * double(sample.size());
   }
 
   /// Do the tiles of a region fit, so that they can be summed without vertices? All slabs must be summed, or
@@ -433,7 +482,7 @@ class ExternalUnion::Run {
   BoxSummer box_sums_;  // where statistics are asked for
   Survey survey_;
   Axes axes_;
-  bool is_lattice_ = false, sums_fit_ = false;
+  bool is_lattice_ = false, are_long_ = false, may_be_summed_ = true, sums_fit_ = false;
   std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
   unsigned pass_ = 0, passes_ = 0;  // after the union, which is pass 0
   std::uint64_t pass_count_ = 0, pass_done_ = 0;
