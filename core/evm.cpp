@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/octants.hpp"
 #include "core/interruptible_loop.hpp"
+#include "core/octants.hpp"
 #include "core/radix_sort.hpp"
 #include "core/xor_merge.hpp"
 

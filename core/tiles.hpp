@@ -55,8 +55,8 @@ class TileGrid {
 
   /// Chooses tiles for ordinals 1 .. counts[a]: as many as keep a tile's boxes in cache, with edges of at
   /// most 2^max_log_edge ordinals; of few boxes enough for several threads, if a tile still has `least`.
-  /// The boxes are those of all sources, for each of which a grid may then be made. `sample` of them are looked
-  /// at.
+  /// The boxes are those of all sources, for each of which a grid may then be made. `sample` of them are
+  /// looked at.
   static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
                    int max_log_edge, std::size_t least, std::size_t sample = kSample);
   /// The same for the points lo <= p < hi of a region only; lo must be a multiple of 2^max_log_edge, and no

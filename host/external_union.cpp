@@ -35,13 +35,14 @@ constexpr std::uint64_t kMiB = 1 << 20;
 constexpr std::uint64_t kBaseBytes = 96 * kMiB, kDeviceBytes = 512 * kMiB, kSlicesBytes = 384 * kMiB;
 constexpr std::uint64_t kLeastBytes = 4 * kMiB;  // for boxes
 // A box in the engine: as ordinals and in tiles; where axes are no lattices, while they are sorted.
-// Long boxes are in many cells each.
-constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176, kLongBoxBytes = 1000;
+// Long boxes, which are in many cells each, get more where cuts help.
+constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176, kLongBoxBytes = 400;
 constexpr double kLong = 0.1;  // of the extent of all, a box on its longest axis, on average
 constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
 constexpr std::size_t kMostSlabs = 64;  // cut at once
 constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
 constexpr unsigned kMostDepth = 32;
+constexpr double kMostCopies = 1.5;      // of a box, where all fit in one slab
 constexpr double kMostTouchedTiles = 3;  // by a box, on average, where sums are to be found
 constexpr double kCutShare = 0.3;        // of the time of slabs: what cutting takes
 
@@ -322,8 +323,9 @@ class ExternalUnion::Run {
   /// Sends all slabs through the engine; use(ordinals) does that with each.
   template <class Use>
   void run(std::uint64_t bytes, Use&& use) {
-    slab_boxes_ = bytes / box_bytes();
-    if (budget_.slab_boxes) slab_boxes_ = std::min(slab_boxes_, budget_.slab_boxes);
+    most_boxes_ = bytes / box_bytes();
+    if (budget_.slab_boxes) most_boxes_ = std::min(most_boxes_, budget_.slab_boxes);
+    slab_boxes_ = are_long_ ? std::min(most_boxes_, bytes / kLongBoxBytes) : most_boxes_;
     Stopwatch watch(report_);
     if (is_lattice_) {
       const RegionOf<Ordinal> all{{0, 0, 0},
@@ -377,8 +379,14 @@ class ExternalUnion::Run {
     return totals.result();
   }
 
-  std::uint64_t box_bytes() const {
-    return are_long_ ? kLongBoxBytes : is_lattice_ ? kLatticeBoxBytes : kGeneralBoxBytes;
+  std::uint64_t box_bytes() const { return is_lattice_ ? kLatticeBoxBytes : kGeneralBoxBytes; }
+
+  template <class C, class Use>
+  void solve_whole(const BoxSource<C>& source, const RegionOf<C>& region, Use& use) {
+    Stopwatch watch(report_);
+    Ordinals slab = load_slab(source, region, axes_);
+    watch.lap("read");
+    use(std::move(slab));
   }
 
   template <class C, class Use>
@@ -387,15 +395,12 @@ class ExternalUnion::Run {
       may_be_summed_ = may_be_summed_ && are_short(source.sample());
       sums_fit_ = may_be_summed_ && can_be_summed(region, source.count());
     }
-    if (source.count() <= slab_boxes_) {
-      Stopwatch watch(report_);
-      Ordinals slab = load_slab(source, region, axes_);
-      watch.lap("read");
-      return use(std::move(slab));
-    }
+    if (source.count() <= slab_boxes_) return solve_whole(source, region, use);
     Stopwatch watch(report_);
     const double share = kFill * double(slab_boxes_) / double(source.count());
     const auto cuts = choose_cuts(source.sample(), share, kMostSlabs);
+    const bool fits = source.count() <= most_boxes_;
+    if (fits && (!cuts || cuts->copies > kMostCopies)) return solve_whole(source, region, use);
     if (!cuts || depth == kMostDepth)
       throw Error(
           ErrorKind::resources,
@@ -483,7 +488,9 @@ class ExternalUnion::Run {
   Survey survey_;
   Axes axes_;
   bool is_lattice_ = false, are_long_ = false, may_be_summed_ = true, sums_fit_ = false;
-  std::uint64_t slab_boxes_ = 0, boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
+  std::uint64_t most_boxes_ = 0;  // of a slab that fits
+  std::uint64_t slab_boxes_ = 0;  // of one that is not cut, if cuts help
+  std::uint64_t boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
   unsigned pass_ = 0, passes_ = 0;  // after the union, which is pass 0
   std::uint64_t pass_count_ = 0, pass_done_ = 0;
 };
