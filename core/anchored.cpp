@@ -14,15 +14,31 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 14;  // boxes
 
-/// Bit k stands for coordinate k of a box: do all boxes have the same?
-template <class Boxes>
-unsigned shared_coordinates(const Boxes& boxes, std::size_t begin, std::size_t end) {
+/// Bit k stands for coordinate k of a box, at(box, k): do all boxes have the same?
+template <class At>
+unsigned shared_coordinates(const At& at, std::size_t begin, std::size_t end) {
   unsigned shared = 63;
   for (std::size_t i = begin; i < end; ++i) {
-    for (unsigned k = 0; k < 6; ++k) shared &= ~(unsigned(boxes[i][k] != boxes[0][k]) << k);
+    for (unsigned k = 0; k < 6; ++k) shared &= ~(unsigned(at(i, k) != at(0, k)) << k);
     if (((shared | shared >> 3) & 7) != 7) return 0;
   }
   return shared;
+}
+
+/// The corner that boxes 0 .. size - 1 share, if there is one.
+template <class At>
+std::optional<CommonCorner> common_corner(std::size_t size, const At& at) {
+  const std::size_t first = std::min<std::size_t>(64, size);
+  unsigned shared = first == 0 ? 0 : shared_coordinates(at, 0, first);
+  if (shared != 0 && first < size)
+    shared = parallel_reduce(
+        first, size, kGrain, shared,
+        [&](std::size_t begin, std::size_t end, unsigned before) {
+          return before == 0 ? 0 : before & shared_coordinates(at, begin, end);
+        },
+        std::bit_and<>());
+  if (((shared | shared >> 3) & 7) != 7 || size > StairSweep::kMost) return std::nullopt;
+  return CommonCorner{(shared >> 3 & 1u) != 0, (shared >> 4 & 1u) != 0, (shared >> 5 & 1u) != 0};
 }
 
 /// Octant masks with axes turned round.
@@ -75,20 +91,14 @@ class VertexVisitor {
 }  // namespace
 
 std::optional<CommonCorner> find_common_corner(const BoxSet& set) {
-  const unsigned shared = set.visit([](const auto& boxes) {
-    constexpr std::size_t kFirst = 64;
-    const std::size_t first = std::min(kFirst, boxes.size());
-    const unsigned at_first = first == 0 ? 0 : shared_coordinates(boxes, 0, first);
-    if (at_first == 0 || first == boxes.size()) return at_first;
-    return parallel_reduce(
-        first, boxes.size(), kGrain, at_first,
-        [&](std::size_t begin, std::size_t end, unsigned before) {
-          return before == 0 ? 0 : before & shared_coordinates(boxes, begin, end);
-        },
-        std::bit_and<>());
+  return set.visit([](const auto& boxes) {
+    return common_corner(boxes.size(), [&](std::size_t i, unsigned k) { return boxes[i][k]; });
   });
-  if (((shared | shared >> 3) & 7) != 7 || set.size() > StairSweep::kMost) return std::nullopt;
-  return CommonCorner{(shared >> 3 & 1u) != 0, (shared >> 4 & 1u) != 0, (shared >> 5 & 1u) != 0};
+}
+
+std::optional<CommonCorner> find_common_corner(std::span<const OrdinalBox> boxes) {
+  return common_corner(
+      boxes.size(), [&](std::size_t i, unsigned k) { return k < 3 ? boxes[i].lo[k] : boxes[i].hi[k - 3]; });
 }
 
 void unite_anchored(std::span<const OrdinalBox> boxes, const CommonCorner& corner, VertexSink& sink) {

@@ -20,6 +20,7 @@ using CommonCorner = std::array<bool, 3>;
 /// The corner that all boxes share, if there is one. Looks no further than the first boxes where there is
 /// none, unless they were made to deceive it.
 std::optional<CommonCorner> find_common_corner(const BoxSet& boxes);
+std::optional<CommonCorner> find_common_corner(std::span<const OrdinalBox> boxes);
 
 /// Gives the vertices of the union of boxes with a common corner to `sink`. Parallel.
 void unite_anchored(std::span<const OrdinalBox> boxes, const CommonCorner& corner, VertexSink& sink);

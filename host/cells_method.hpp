@@ -13,6 +13,20 @@ namespace boxunion {
 /// Of a region that begins at multiples of 2^12 even sums can be found, not only vertices.
 inline constexpr int kRegionLogEdge = 12;
 
+/// True if boxes that share a corner are to be swept (core/anchored.hpp), and not cut into cells.
+inline bool may_sweep_corners(const Options& options) {
+  return options.method == Method::automatic && options.kernel == CellKernel::occupancy &&
+         !options.statistics &&  // these are those of cells
+         (options.device == "auto" || options.device == "native");
+}
+
+/// Says that they were.
+inline void report_sweep(Report& report) {
+  report.method = "staircase";
+  report.kernel = "none";
+  report.device = "native";
+}
+
 /// Thrown where sums of a region were asked for, but its boxes are in so many tiles each that vertices would
 /// be found in less time and memory.
 struct SumsAreWasteful {};

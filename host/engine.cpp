@@ -33,18 +33,9 @@ void check(const Job& job) {
 
 /// The corner that all boxes share, if they are to be swept.
 std::optional<CommonCorner> find_corner(const Job& job) {
-  const Options& options = job.options;
-  if (options.method != Method::automatic || options.kernel != CellKernel::occupancy) return std::nullopt;
-  if (options.statistics) return std::nullopt;  // they are those of cells
-  if (options.device != "auto" && options.device != "native") return std::nullopt;
-  if (job.sets.size() != 1 || !job.expression.is_union()) return std::nullopt;
+  if (!may_sweep_corners(job.options) || job.sets.size() != 1 || !job.expression.is_union())
+    return std::nullopt;
   return find_common_corner(job.sets[0]);
-}
-
-void report_sweep(Report& report) {
-  report.method = "staircase";
-  report.kernel = "none";
-  report.device = "native";
 }
 
 /// One run, on the threads asked for: f(*this) does it.

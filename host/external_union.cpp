@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/anchored.hpp"
 #include "core/cuts.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -468,13 +469,19 @@ class ExternalUnion::Run {
         const double slabs = (double(done) + fraction * double(count)) / double(all);
         show_progress(boxes_in_slabs_ == 0 ? slabs : kCutShare + (1 - kCutShare) * slabs);
       };
-    if (options.method != Method::slices) {
-      combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
-    } else {
-      RegionFilter filter(*slab.region, sink);
+    std::optional<CommonCorner> corner;
+    if (!mass && may_sweep_corners(options)) corner = find_common_corner(slab.boxes);
+    RegionFilter filter(*slab.region, sink);
+    if (corner) {
+      if (report_.method.empty()) report_sweep(report_);
+      unite_anchored(slab.boxes, *corner, filter);
+    } else if (options.method == Method::slices) {
       unite_by_slices(std::move(slab.boxes), options, filter, report_);
+    } else {
+      combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
     }
-    if (report_.device == "native") options_.device = "native";  // a device that failed is left alone
+    // a device that failed is left alone
+    if (!corner && report_.device == "native") options_.device = "native";
     boxes_done_ += count;
     ++slabs_;
   }

@@ -160,6 +160,27 @@ TEST(ExternalErrors, TheFirstInvalidBoxWins) {
             "row 150001: ymin is 0 and ymax is -1, expected ymin <= ymax");
 }
 
+/// Boxes that share a corner cannot be cut apart, and take little memory whole.
+TEST(ExternalUnion, SweepsBoxesWithACommonCorner) {
+  std::mt19937_64 random(9);
+  std::vector<Box> general;
+  std::vector<IntegerBox> integers;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto reach = [&] { return 1 + int(random() % 1'000'000); };
+    integers.push_back({0, -reach(), 0, reach(), 0, reach()});
+    const auto low = [&] { return 1 - std::ldexp(double(random() % (1u << 30)), -int(random() % 40) - 30); };
+    general.push_back({low(), low(), low(), 1, 1, 1});
+  }
+  const TemporaryFolder scratch;
+  for (const BoxSet& boxes : {BoxSet(general), BoxSet(integers)}) {
+    const BoxesInMemory file(boxes);
+    Report report;
+    ExternalUnion solid(file, {.device = "native"}, {std::uint64_t{110} << 20, scratch.path()}, report);
+    EXPECT_EQ(solid.measure(), measure(boxes, {.method = Method::cells, .device = "native"}));
+    EXPECT_EQ(report.method, "staircase");
+  }
+}
+
 TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
   const BoxSet boxes = collect(generate_cubes(20'000, 40, 2000, 1));
   const BoxesInMemory file(boxes);

@@ -84,8 +84,9 @@ class NamedOutput : public testing::Test {
 };
 
 TEST_F(NamedOutput, IsWholeOrNotThere) {
-  const std::string path = folder_.file(std::string(251, 'n') + ".csv"),
-                    name = std::string(251, 'n') + ".csv";
+  std::string name(251, 'n');
+  name.append(".csv");
+  const std::string path = folder_.file(name);
   const auto run = [&](const std::function<void()>& f) { return run_without_nameless_files(f); };
   EXPECT_EQ(run([&] { write_file(path, "first"); }), 0);
   EXPECT_EQ(folder_.read(name), "first");
