@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "core/mass.hpp"
 #include "core/triangulation.hpp"
@@ -51,7 +52,22 @@ double six_volumes(const Mesh& mesh) {
   return sum;
 }
 
+/// Each coordinate has an ordinal that gives it back, also where a row that fills the scan's first block
+/// comes before all others.
+void expect_exact_axes(const BoxSet& boxes) {
+  if (boxes.size() == 0) return;
+  std::vector<Box> rows(128, boxes[0]);
+  for (std::size_t i = 0; i < boxes.size(); ++i) rows.push_back(boxes[i]);
+  const Axes axes = make_axes(rows);
+  for (const Box& row : rows)
+    for (unsigned c = 0; c < 6; ++c) {
+      const Axis& axis = axes[c % 3];
+      expect(axis.coordinate(axis.ordinal(row[c])) == row[c]);
+    }
+}
+
 void check(const BoxSet& boxes, const Options& options) {
+  expect_exact_axes(boxes);
   const Solid solid = unite(boxes, native());
   const MassProperties mass = measure(boxes, options);
   MassSink sink(solid.axes);
