@@ -48,7 +48,6 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
         .each([&](std::size_t i) {
           source.read(i, i + 1, [&](const OrdinalBox& box) { sample.push_back(box); });
         });
-  plan.sampled = sample.size();
   const auto touched = [&](const std::array<int, 3>& log_edge) {  // tiles a box, on average
     double sum = 0;
     for (const OrdinalBox& box : sample) {
@@ -89,6 +88,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
     plan.touched = best_touched;
     count_tiles();
   }
+  plan.most_touched = kMostMisjudged * plan.touched * double(n) + kFewTiles;
   return plan;
 }
 
@@ -105,8 +105,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
   // no more than half of a share may be empty, so small shares have small blocks
   const double share = double(source.size()) * plan.touched / double(plan.count() * chunks_.size());
   block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
-  const double most_touched = kMostMisjudged * plan.touched * double(source.size()) + kFewTiles;
-  for (Chunk& chunk : chunks_) chunk.most_touched = most_touched / 2;  // boxes may come sorted by size
+  for (Chunk& chunk : chunks_) chunk.most_touched = plan.most_touched / 2;  // boxes may come sorted by size
   covered_.assign(size(), 0);
   parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) scatter(source, chunks_[c]);
@@ -116,7 +115,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     touched += chunk.touched;
     misjudged_ |= chunk.touched > chunk.most_touched;
   }
-  misjudged_ |= touched > most_touched;
+  misjudged_ |= touched > plan.most_touched;
   if (misjudged_) return;
   bounds_ = chunks_[0].bounds;
   for (const Chunk& chunk : chunks_)

@@ -49,7 +49,7 @@ class TileGrid {
     std::array<std::uint32_t, 3> tiles{};  ///< by axis
     std::array<std::uint32_t, 3> end{};    ///< where the last tile ends, however long it would be
     double touched = 1;                    ///< tiles that a box touches, on average, by a sample
-    std::size_t sampled = 0;               ///< boxes of that sample
+    double most_touched = 0;               ///< by all boxes of all sources, or the plan is wrong
     std::size_t count() const { return std::size_t{tiles[0]} * tiles[1] * tiles[2]; }
   };
 
@@ -65,9 +65,9 @@ class TileGrid {
                    std::size_t least, std::size_t sample = kSample);
   static constexpr std::size_t kSample = 512;
 
-  /// Gives up, and then holds nothing of use, where the boxes touch twice as many tiles as the plan says.
-  /// Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after `interrupted`
-  /// becomes true.
+  /// Gives up, and then holds nothing of use, where its boxes touch twice as many tiles as the plan says of
+  /// all. Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after
+  /// `interrupted` becomes true.
   TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
   /// True if it has given up: it takes another plan, by a larger sample.

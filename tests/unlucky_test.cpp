@@ -13,6 +13,8 @@
 #include <random>
 
 #include "core/generate.hpp"
+#include "core/sample.hpp"
+#include "core/tiles.hpp"
 #include "host/engine.hpp"
 #include "tests/reference.hpp"
 
@@ -269,6 +271,43 @@ TEST(UnluckyUnion, OfManyHiddenBoxesIsTheOuterBox) {
   check(copies(n), 4.0 * (1003 + 1995 + 3993), 1003.0 * 1995 * 3993);
   check(nested(n), 12.0 * n, std::pow(n, 3));
   check(concentric(n), 24.0 * n, 8 * std::pow(n, 3));
+}
+
+/// Few boxes of an operand touch far more tiles than those of all operands on average; that is no fault of
+/// the plan.
+TEST(UnluckyInput, OperandsOfUnlikeBoxesShareAPlan) {
+  const BoxSet cubes = collect(generate_cubes(200'000, 20, 1 << 15, 3));
+  std::vector<IntegerBox> plates;
+  for (int i = 0; i < 3000; ++i) plates.push_back({0, 0, 10 * i, 1 << 15, 1 << 15, 10 * i + 1});
+  const BoxSet sets[] = {cubes, plates};
+  const auto volume = [&](const char* text) {
+    return measure(Expression::parse(text), sets, {.device = "native"}).volume;
+  };
+  EXPECT_EQ(volume("A and B") + volume("A not B"), measure(cubes, {.device = "native"}).volume);
+}
+
+/// A few boxes that a small sample does not see would be in every tile: the tiles are planned again.
+TEST(UnluckyInput, TilesArePlannedAgainWhereASampleMissesTheLongBoxes) {
+  const std::vector<IntegerBox> cubes = collect(generate_cubes(400'000, 20, 1 << 15, 3));
+  std::vector<IntegerBox> boxes = cubes;
+  constexpr std::uint64_t kStep = 5;  // long boxes where the first sample does not look
+  std::vector<bool> seen(boxes.size());
+  Sample(boxes.size(), TileGrid::kSample).each([&](std::uint64_t i) { seen[i] = true; });
+  for (std::size_t i = 0; i < boxes.size(); i += kStep)
+    if (!seen[i]) boxes[i] = {0, 0, boxes[i][2], 1 << 15, 1 << 15, boxes[i][2] + 1};
+  const std::array counts{1u << 15, 1u << 15, 1u << 15};
+  std::vector<OrdinalBox> ordinals;
+  for (const IntegerBox& b : boxes) {
+    const auto at = [&](unsigned c) { return std::uint32_t(b[c]) + 1; };
+    ordinals.push_back({{at(0), at(1), at(2)}, {at(3), at(4), at(5)}});
+  }
+  const std::vector<OrdinalSource> source{OrdinalSource(ordinals)};
+  const TileGrid::Plan first = TileGrid::plan(source, counts, 13, 250);
+  EXPECT_TRUE(TileGrid(source[0], first).misjudged());
+  const TileGrid::Plan again = TileGrid::plan(source, counts, 13, 250, 16 * TileGrid::kSample);
+  EXPECT_FALSE(TileGrid(source[0], again).misjudged());
+  // statistics need the vertices
+  EXPECT_EQ(measure(boxes, {.device = "native"}), measure(boxes, {.device = "native", .statistics = true}));
 }
 
 }  // namespace
