@@ -58,6 +58,8 @@ class SortedChunks {
 
   /// Puts `values` in the place of `count` elements from p on, and returns the place behind them.
   Place replace(Place p, std::size_t count, std::span<const T> values) {
+    if (count == 0 && values.size() == 1) return insert_one(p, values.front());
+    if (count == 1 && values.empty()) return erase_one(p);
     size_ += values.size() - count;
     const std::size_t both = std::min(count, values.size());
     if (const std::size_t rest = chunks_[p.chunk].size() - p.index; count == values.size() && count < rest) {
@@ -78,6 +80,20 @@ class SortedChunks {
   }
 
  private:
+  /// Most changes are of one element.
+  Place insert_one(Place p, const T& value) {
+    std::vector<T>& chunk = chunks_[p.chunk];
+    if (chunk.size() == chunk.capacity()) chunk.reserve(std::min(kMost + 1, 2 * chunk.size() + 8));
+    chunk.insert(chunk.begin() + std::ptrdiff_t(p.index++), value);
+    ++size_;
+    return normal(chunk.size() > kMost ? split(p) : p);
+  }
+  Place erase_one(Place p) {
+    std::size_t one = 1;
+    --size_;
+    return erase(p, one);
+  }
+
   /// The end of a chunk that is not the last is the begin of the next.
   Place normal(Place p) const {
     return p.index == chunks_[p.chunk].size() && p.chunk + 1 < chunks_.size() ? Place{p.chunk + 1, 0} : p;
