@@ -49,7 +49,7 @@ class TileGrid {
     std::array<std::uint32_t, 3> tiles{};  ///< by axis
     std::array<std::uint32_t, 3> end{};    ///< where the last tile ends, however long it would be
     double touched = 1;                    ///< tiles that a box touches, on average, by a sample
-    double most_touched = 0;               ///< by all boxes of all sources, or the plan is wrong
+    double most_touched = 0;  ///< limit for all boxes of all sources together; beyond it the plan is wrong
     std::size_t count() const { return std::size_t{tiles[0]} * tiles[1] * tiles[2]; }
   };
 

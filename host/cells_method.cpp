@@ -263,7 +263,7 @@ bool can_be_tiled(const OrdinalBox& region) {
   return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kRegionLogEdge) == 0; });
 }
 
-constexpr double kMostTouched = 3, kMostTouchedInRegion = 8;  // tiles, by a box, on average
+constexpr double kMostTouchedInRegion = 8;  // as kMostTouched, where the other regions are summed already
 
 /// The boxes of combine_by_cells in ordinals, and how they go into tiles.
 class TiledBoxes {

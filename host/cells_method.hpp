@@ -13,14 +13,18 @@ namespace boxunion {
 /// Of a region that begins at multiples of 2^12 even sums can be found, not only vertices.
 inline constexpr int kRegionLogEdge = 12;
 
+/// Sums are found only where a box touches fewer tiles than this, on average: each tile has a copy of the
+/// box.
+inline constexpr double kMostTouched = 3;
+
 /// True if boxes that share a corner are to be swept (core/anchored.hpp), and not cut into cells.
 inline bool may_sweep_corners(const Options& options) {
   return options.method == Method::automatic && options.kernel == CellKernel::occupancy &&
-         !options.statistics &&  // these are those of cells
+         !options.statistics &&  // Report::cells counts cells
          (options.device == "auto" || options.device == "native");
 }
 
-/// Says that they were.
+/// Records in a report that they were swept.
 inline void report_sweep(Report& report) {
   report.method = "staircase";
   report.kernel = "none";

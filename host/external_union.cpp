@@ -43,9 +43,8 @@ constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
 constexpr std::size_t kMostSlabs = 64;  // cut at once
 constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
 constexpr unsigned kMostDepth = 32;
-constexpr double kMostCopies = 1.5;      // of a box, where all fit in one slab
-constexpr double kMostTouchedTiles = 3;  // by a box, on average, where sums are to be found
-constexpr double kCutShare = 0.3;        // of the time of slabs: what cutting takes
+constexpr double kMostCopies = 1.5;  // of a box, where all fit in one slab
+constexpr double kCutShare = 0.3;    // of the time of slabs: what cutting takes
 
 using Ordinal = std::uint32_t;
 
@@ -435,7 +434,7 @@ class ExternalUnion::Run {
       for (unsigned a = 0; a < 3; ++a) tiles *= 1 + (box[a + 3] - box[a]) / (1 << kRegionLogEdge);
       touched += tiles;
     }
-    return touched <= kMostTouchedTiles * double(sample.size());
+    return touched <= kMostTouched * double(sample.size());
   }
 
   /// Do the tiles of a region fit, so that they can be summed without vertices? All slabs must be summed, or
