@@ -72,6 +72,11 @@ ContourLinks::ContourLinks(const Contour& contour, const ContourColumns& columns
   for (std::size_t i = 1; i < count; ++i) join(bands_[i - 1], bands_[i], dangling[i]);
 }
 
+bool ContourLinks::touches(std::uint32_t corner) const {
+  const std::uint32_t quadrants = vertices_[vertex(corner)].quadrants;
+  return quadrants == kRising || quadrants == kFalling;
+}
+
 // No branch depends on a single corner's quadrants, which nobody can predict.
 void ContourLinks::link(Band& band, const ContourColumns& column_of, std::vector<Dangling>& dangling) {
   const auto n = static_cast<std::uint32_t>(vertices_.size());

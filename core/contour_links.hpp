@@ -59,6 +59,8 @@ class ContourLinks {
   std::uint32_t vertex(std::uint32_t corner) const {
     return std::min(corner, corner - static_cast<std::uint32_t>(vertices_.size()));  // or it wraps round
   }
+  /// True if two corners touch at the corner's vertex.
+  bool touches(std::uint32_t corner) const;
   std::uint32_t upper(std::uint32_t vertex) const {
     return vertex + static_cast<std::uint32_t>(vertices_.size());
   }

@@ -23,11 +23,18 @@ bool fills(const ContourVertex& vertex, Quadrant quadrant) {
   return vertex.quadrants >> quadrant & 1u;
 }
 
-/// The loops that begin in a band, in the order of their beginnings.
+/// A hole that was cut off a loop where the loop touched itself.
+struct CutOff {
+  std::uint32_t loop;                  // of the band
+  std::vector<std::uint32_t> corners;  // from the lowest one, of these the leftmost
+};
+
+/// The loops that begin in a band, in the order of their beginnings. No loop visits a vertex twice.
 struct BandLoops {
   Array<std::uint32_t> corners;      // of one loop after the other
   Array<std::uint32_t> ends;         // of each loop in `corners`
   std::vector<std::uint32_t> holes;  // which of the loops are holes
+  std::vector<CutOff> cut_off;       // in the order of their loops
 
   std::size_t size() const { return ends.size(); }
   std::size_t polygons() const { return ends.size() - holes.size(); }
@@ -36,6 +43,43 @@ struct BandLoops {
     return std::span(corners).subspan(begin, ends[loop] - begin);
   }
 };
+
+/// Cuts the last loop of a band, from `begin` on, wherever it visits a vertex twice. What lies between the
+/// two visits is a loop of its own: a hole, since the loops of different polygons share no corner, and the
+/// lowest corner of an outer loop is visited once. The corners that stay keep their order. The visits of
+/// different vertices do not cross, for loops touch but never cross themselves; so a stack finds them.
+void cut_where_touching(const ContourLinks& links, std::size_t begin, BandLoops& loops) {
+  std::vector<std::pair<std::uint32_t, std::size_t>> visits;  // vertex, place in the loop
+  for (std::size_t i = begin; i < loops.corners.size(); ++i)
+    if (links.touches(loops.corners[i])) visits.emplace_back(links.vertex(loops.corners[i]), i);
+  std::ranges::sort(visits);
+  std::vector<std::pair<std::size_t, std::size_t>> twice;  // places of the second and the first visit
+  for (std::size_t i = 1; i < visits.size(); ++i)
+    if (visits[i - 1].first == visits[i].first) twice.emplace_back(visits[i].second, visits[i - 1].second);
+  if (twice.empty()) return;
+  std::ranges::sort(twice);
+
+  const std::vector<std::uint32_t> all(loops.corners.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       loops.corners.end());
+  loops.corners.resize(begin);
+  std::vector<std::size_t> stack;  // places that no cut has taken yet
+  auto next = twice.begin();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (next != twice.end() && next->first == begin + i) {
+      const auto first = std::ranges::lower_bound(stack, next->second - begin);
+      CutOff hole{static_cast<std::uint32_t>(loops.ends.size()), {}};
+      for (auto place = first; place != stack.end(); ++place) hole.corners.push_back(all[*place]);
+      std::ranges::rotate(hole.corners, std::ranges::min_element(hole.corners, {}, [&](std::uint32_t corner) {
+                            return links.vertex(corner);
+                          }));
+      loops.cut_off.push_back(std::move(hole));
+      stack.erase(first, stack.end());
+      ++next;
+    }
+    stack.push_back(i);
+  }
+  for (const std::size_t place : stack) loops.corners.push_back(all[place]);
+}
 
 /// Follows the loops that begin in a band. One that comes from a lower band is left as soon as it is seen to;
 /// corners of the band are marked when they are passed, so that none is passed twice.
@@ -48,6 +92,7 @@ BandLoops trace(const Contour& contour, const ContourLinks& links, const Contour
   for (const std::uint32_t first : band.beginnings) {
     const std::size_t begin = loops.corners.size();
     std::uint32_t corner = first;
+    bool has_upper = false;
     for (;; corner = links.next(corner)) {
       const std::uint32_t vertex = links.vertex(corner), place = vertex - band.begin;
       if (place < size) {
@@ -59,6 +104,7 @@ BandLoops trace(const Contour& contour, const ContourLinks& links, const Contour
         break;
       }
       loops.corners.push_back(corner);
+      has_upper |= corner != vertex;
     }
     if (loops.corners.size() == begin) continue;
     if (corner != first) {
@@ -67,6 +113,7 @@ BandLoops trace(const Contour& contour, const ContourLinks& links, const Contour
     }
     const bool is_hole = first < n && !fills(contour.vertices[first], right_above);
     if (is_hole) loops.holes.push_back(static_cast<std::uint32_t>(loops.ends.size()));
+    if (has_upper) cut_where_touching(links, begin, loops);
     loops.ends.push_back(static_cast<std::uint32_t>(loops.corners.size()));
   }
   return loops;
@@ -160,30 +207,35 @@ std::vector<std::uint32_t> find_left_ends(const Contour& contour, const ContourC
   return result;
 }
 
-/// The holes in order of loops. Links are overwritten by what their corners are of: a polygon's outer loop,
-/// or a hole.
+/// The holes, sorted by polygon and by their lowest vertices. Links are overwritten by what their corners are
+/// of: a polygon's outer loop, or a hole.
 std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& columns, ContourLinks& links,
                              std::span<const BandLoops> bands) {
   constexpr std::uint32_t kHole = 0x80000000u;
   std::vector<Hole> holes;
   std::vector<std::array<std::uint32_t, 2>> before;  // polygons and holes of the bands below each
   std::uint32_t polygons = 0;
+  bool some_cut_off = false;
   for (const BandLoops& band : bands) {
+    some_cut_off |= !band.cut_off.empty();
     before.push_back({polygons, static_cast<std::uint32_t>(holes.size())});
     for (const std::uint32_t hole : band.holes) holes.push_back({0, band[hole]});
     polygons += static_cast<std::uint32_t>(band.polygons());
   }
-  if (holes.empty()) return holes;
+  if (holes.empty() && !some_cut_off) return holes;
   const std::vector<std::uint32_t> left_ends = find_left_ends(contour, columns, links, holes);
   parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       auto [polygon, hole] = before[b];
       auto own = bands[b].holes.begin();
+      auto cut_off = bands[b].cut_off.begin();
       for (std::size_t l = 0; l < bands[b].size(); ++l) {
         const bool is_hole = own != bands[b].holes.end() && *own == l;
         own += is_hole;
         const std::uint32_t label = is_hole ? kHole | hole++ : polygon++;
         for (const std::uint32_t corner : bands[b][l]) links.next(corner) = label;
+        for (; cut_off != bands[b].cut_off.end() && cut_off->loop == l; ++cut_off)
+          for (const std::uint32_t corner : cut_off->corners) links.next(corner) = label;
       }
     }
   });
@@ -191,6 +243,15 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
     const std::uint32_t beside = links.next(left_ends[i]);
     holes[i].polygon = beside < kHole ? beside : holes[beside - kHole].polygon;
   }
+  if (some_cut_off) {
+    for (const BandLoops& band : bands)
+      for (const CutOff& hole : band.cut_off) {
+        const std::uint32_t of = links.next(hole.corners[0]);
+        holes.push_back({of < kHole ? of : holes[of - kHole].polygon, hole.corners});
+      }
+    std::ranges::sort(holes, {}, [&](const Hole& hole) { return links.vertex(hole.corners[0]); });
+  }
+  radix_sort(std::span(holes), [](const Hole& hole) { return hole.polygon; });
   return holes;
 }
 
@@ -255,8 +316,7 @@ Faces find_polygons(const Contour& contour) {
     for (std::size_t b = begin; b < end; ++b) bands[b] = trace(contour, links, links.bands()[b]);
   });
   Interruptible::check();
-  std::vector<Hole> holes = find_holes(contour, columns, links, bands);
-  radix_sort(std::span(holes), [](const Hole& hole) { return hole.polygon; });
+  const std::vector<Hole> holes = find_holes(contour, columns, links, bands);
   return joined(links, bands, holes);
 }
 

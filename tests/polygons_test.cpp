@@ -1,3 +1,6 @@
+// Boost.Geometry includes a header that Boost itself calls deprecated, with a message.
+#define BOOST_ALLOW_DEPRECATED_HEADERS
+
 #include "core/polygons.hpp"
 
 #include <gtest/gtest.h>
@@ -6,10 +9,16 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
+#include <boost/geometry/algorithms/is_valid.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/geometries/polygon.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -51,6 +60,37 @@ Polygons by_plane(const Rectangles<T>& rectangles) {
                      [&](std::uint32_t point) { return contour.position(contour.vertices[point]); });
 }
 
+/// Cuts the loop at the first vertex that it visits a second time, and so on; what lies between the visits
+/// comes after the loop, from its lowest vertex on. Quadratic.
+void cut_where_touching(std::vector<Loop>& polygon, std::size_t loop) {
+  for (std::size_t j = 1; j < polygon[loop].size(); ++j)
+    for (std::size_t i = 0; i < j; ++i) {
+      Loop& all = polygon[loop];
+      if (all[i] != all[j]) continue;
+      const auto begin = all.begin() + std::ptrdiff_t(i), end = all.begin() + std::ptrdiff_t(j);
+      Loop hole(begin, end);
+      std::ranges::rotate(hole, std::ranges::min_element(hole, {}, [](const auto& p) {
+                            return std::array{p[1], p[0]};
+                          }));
+      all.erase(begin, end);
+      polygon.push_back(std::move(hole));
+      j = i;
+      break;
+    }
+}
+
+/// Polygons whose loops visit each vertex once.
+Polygons simple(Polygons polygons) {
+  for (auto& polygon : polygons) {
+    const std::size_t loops = polygon.size();
+    for (std::size_t l = 0; l < loops; ++l) cut_where_touching(polygon, l);
+    std::ranges::sort(polygon.begin() + 1, polygon.end(), {}, [](const Loop& hole) {
+      return std::array{hole[0][1], hole[0][0]};
+    });
+  }
+  return polygons;
+}
+
 /// The upper faces of the boxes of unit height that stand on the rectangles.
 template <class T>
 Polygons by_boxes(const Rectangles<T>& rectangles) {
@@ -58,9 +98,21 @@ Polygons by_boxes(const Rectangles<T>& rectangles) {
   const Planes planes = make_planes(solid);
   const Points points(solid, planes, NonManifold::keep);
   const Array<Point> positions = points.positions();
-  return spelled_out(find_faces(planes, points), kUp, [&](std::uint32_t point) {
+  return simple(spelled_out(find_faces(planes, points), kUp, [&](std::uint32_t point) {
     return std::array{positions[point][0], positions[point][1]};
-  });
+  }));
+}
+
+/// Boost.Geometry's opinion: loops are simple, holes lie inside, and the inside is connected.
+bool is_valid(const std::vector<Loop>& polygon) {
+  namespace bg = boost::geometry;
+  using BoostPoint = bg::model::d2::point_xy<double>;
+  bg::model::polygon<BoostPoint, false, false> theirs;
+  theirs.inners().resize(polygon.size() - 1);
+  for (std::size_t l = 0; l < polygon.size(); ++l)
+    for (const auto& [x, y] : polygon[l])
+      (l == 0 ? theirs.outer() : theirs.inners()[l - 1]).push_back(BoostPoint(x, y));
+  return bg::is_valid(theirs);
 }
 
 RC_GTEST_PROP(Polygons, OfSmallIntegersAreFacesOfBoxes, ()) {
@@ -81,25 +133,41 @@ TEST(Polygons, OfManyRectanglesAreFacesOfBoxes) {
   }
 }
 
-/// In how many groups the members of a square grid share edges, or also corners.
-int groups(std::uint64_t members, int side, bool corners) {
-  int count = 0;
+/// The parts of a square grid whose members share edges.
+std::vector<std::uint64_t> parts(std::uint64_t members, int side) {
+  std::vector<std::uint64_t> all;
+  const auto take = [&](int x, int y) {
+    if (x < 0 || y < 0 || x >= side || y >= side) return false;
+    const std::uint64_t bit = std::uint64_t{1} << (y * side + x);
+    if ((members & bit) == 0) return false;
+    members ^= bit;
+    all.back() |= bit;
+    return true;
+  };
   while (members != 0) {
     std::vector<int> reached = {std::countr_zero(members)};
+    all.push_back(members & -members);
     members &= members - 1;
-    ++count;
     while (!reached.empty()) {
       const int x = reached.back() % side, y = reached.back() / side;
       reached.pop_back();
-      for (int v = y - 1; v <= y + 1; ++v)
-        for (int u = x - 1; u <= x + 1; ++u) {
-          if (u < 0 || v < 0 || u >= side || v >= side || (!corners && u != x && v != y)) continue;
-          const int i = v * side + u;
-          if (members >> i & 1u) reached.push_back(i), members &= ~(std::uint64_t{1} << i);
-        }
+      for (const auto& [u, v] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}})
+        if (take(u, v)) reached.push_back(v * side + u);
     }
   }
-  return count;
+  return all;
+}
+
+/// The holes of the parts of a grid of 4 x 4: all parts of what a part leaves of the plane, but the one
+/// outside.
+int holes_in_parts(unsigned occupancy) {
+  int holes = 0;
+  for (const std::uint64_t part : parts(occupancy, 4)) {
+    std::uint64_t within_border = 0;
+    for (int y = 0; y < 4; ++y) within_border |= (part >> (4 * y) & 15u) << (6 * (y + 1) + 1);
+    holes += int(parts(~within_border & ((std::uint64_t{1} << 36) - 1), 6).size()) - 1;
+  }
+  return holes;
 }
 
 TEST(Polygons, OfEveryOccupancy) {
@@ -107,7 +175,8 @@ TEST(Polygons, OfEveryOccupancy) {
     const Polygons polygons = by_plane(unit_squares(occupancy, 4));
     double area = 0;
     int holes = 0;
-    for (const auto& polygon : polygons)
+    for (const auto& polygon : polygons) {
+      ASSERT_TRUE(is_valid(polygon)) << occupancy;
       for (std::size_t l = 0; l < polygon.size(); ++l) {
         double enclosed = 0;
         const Loop& loop = polygon[l];
@@ -120,17 +189,10 @@ TEST(Polygons, OfEveryOccupancy) {
         holes += l > 0;
         area += enclosed;
       }
+    }
     ASSERT_EQ(area, std::popcount(occupancy)) << occupancy;
-    ASSERT_EQ(int(polygons.size()), groups(occupancy, 4, false)) << occupancy;
-    // what is outside, within a border of empty squares: holes are all its groups but one, and touch by
-    // corners too
-    std::uint64_t empty = 0;
-    for (int y = 0; y < 6; ++y)
-      for (int x = 0; x < 6; ++x) {
-        const bool border = x == 0 || y == 0 || x == 5 || y == 5;
-        if (border || !(occupancy >> ((y - 1) * 4 + x - 1) & 1u)) empty |= std::uint64_t{1} << (y * 6 + x);
-      }
-    ASSERT_EQ(holes, groups(empty, 6, true) - 1) << occupancy;
+    ASSERT_EQ(polygons.size(), parts(occupancy, 4).size()) << occupancy;
+    ASSERT_EQ(holes, holes_in_parts(occupancy)) << occupancy;
   }
 }
 
@@ -187,6 +249,27 @@ TEST(Polygons, DoNotDependOnThreads) {
       EXPECT_TRUE(many.first_loop == one.first_loop);
     }
   }
+}
+
+TEST(Polygons, HolesThatTouchAreTwo) {
+  const auto polygons = by_plane(
+      Rectangles<double>{{0, 0, 1, 4}, {3, 0, 4, 4}, {0, 0, 4, 1}, {0, 3, 4, 4}, {1, 1, 2, 2}, {2, 2, 3, 3}});
+  const Loop outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  EXPECT_EQ(polygons,
+            (Polygons{{outer, {{2, 1}, {2, 2}, {3, 2}, {3, 1}}, {{1, 2}, {1, 3}, {2, 3}, {2, 2}}}}));
+}
+
+TEST(Polygons, RingThatTouchesItselfHasAHole) {
+  const auto polygons = by_plane(Rectangles<double>{{0, 0, 3, 1}, {0, 0, 1, 3}, {0, 2, 2, 3}, {2, 1, 3, 2}});
+  const Loop outer{{0, 0}, {3, 0}, {3, 2}, {2, 2}, {2, 3}, {0, 3}};
+  EXPECT_EQ(polygons, (Polygons{{outer, {{1, 1}, {1, 2}, {2, 2}, {2, 1}}}}));
+}
+
+TEST(Polygons, OfRandomSquaresAreValid) {
+  rc::check([] {
+    const auto rectangles = *rectangles_from<double>(small_integer(), 9, 40);
+    for (const auto& polygon : by_plane(rectangles)) RC_ASSERT(is_valid(polygon));
+  });
 }
 
 TEST(Polygons, OfNothing) {
