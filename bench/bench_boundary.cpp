@@ -14,10 +14,10 @@
 #include "bench/program.hpp"
 #include "bench/sorting.hpp"
 #include "bench/timing.hpp"
-#include "core/brep.hpp"
-#include "core/generate.hpp"
-#include "core/triangulation.hpp"
-#include "host/engine.hpp"
+#include "core/boundary/brep.hpp"
+#include "core/boundary/triangulation.hpp"
+#include "core/boxes/generate.hpp"
+#include "host/engine/engine.hpp"
 
 namespace {
 

@@ -10,12 +10,12 @@
 
 #include "bench/program.hpp"
 #include "bench/timing.hpp"
-#include "core/adjacency.hpp"
-#include "core/components.hpp"
-#include "core/decomposition.hpp"
-#include "core/generate_volume.hpp"
-#include "core/voxel_boxes.hpp"
-#include "host/engine.hpp"
+#include "core/models/adjacency.hpp"
+#include "core/models/components.hpp"
+#include "core/models/decomposition.hpp"
+#include "core/voxels/generate_volume.hpp"
+#include "core/voxels/voxel_boxes.hpp"
+#include "host/engine/engine.hpp"
 
 namespace boxunion {
 namespace {

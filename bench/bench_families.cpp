@@ -14,11 +14,11 @@
 #include <string>
 
 #include "bench/timing.hpp"
-#include "core/components.hpp"
-#include "core/decomposition.hpp"
-#include "host/boundary.hpp"
-#include "host/engine.hpp"
-#include "tests/families.hpp"
+#include "core/models/components.hpp"
+#include "core/models/decomposition.hpp"
+#include "host/engine/boundary.hpp"
+#include "host/engine/engine.hpp"
+#include "tests/support/families.hpp"
 
 namespace boxunion {
 namespace {

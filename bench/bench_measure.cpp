@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "core/generate.hpp"
-#include "host/engine.hpp"
-#include "host/files.hpp"
+#include "core/boxes/generate.hpp"
+#include "host/engine/engine.hpp"
+#include "host/files/files.hpp"
 
 namespace {
 

@@ -15,8 +15,8 @@
 
 #include "bench/program.hpp"
 #include "bench/timing.hpp"
-#include "core/brep.hpp"
-#include "host/engine.hpp"
+#include "core/boundary/brep.hpp"
+#include "host/engine/engine.hpp"
 
 namespace boxunion {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/timing.hpp"
-#include "core/box.hpp"
+#include "core/boxes/box.hpp"
 
 namespace boxunion {
 

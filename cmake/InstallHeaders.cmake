@@ -1,5 +1,5 @@
 # Runs at install time, with `source` and `include_dir` set: installs include/boxunion/boxunion.hpp and all of ours
-# that it includes. Includes such as "core/box.hpp" become "boxunion/core/box.hpp", so that users need one include
+# that it includes. Includes such as "core/boxes/box.hpp" become "boxunion/core/boxes/box.hpp", so that users need one include
 # folder and may have a core/ of their own.
 cmake_policy(VERSION 3.25)
 function(boxunion_install_header name file)

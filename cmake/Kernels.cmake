@@ -1,5 +1,5 @@
 # Embeds kernels/*.k in the library, in three readings: OpenCL C text, SPIR-V and C++. No file is looked for at
-# run time. host/kernels.hpp declares one function for every kernel listed in boxunion_add_kernels.
+# run time. host/device/kernels.hpp declares one function for every kernel listed in boxunion_add_kernels.
 include(CheckCXXCompilerFlag)
 find_program(BOXUNION_GLSLANG glslangValidator)
 find_program(BOXUNION_SPIRV_VAL spirv-val)

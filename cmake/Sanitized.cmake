@@ -24,5 +24,5 @@ function(boxunion_sanitized_program name program)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/sanitized)
 endfunction()
 
-boxunion_sanitized_program(boxunion_sanitized_command boxunion_command tests/sanitizers.cpp)
+boxunion_sanitized_program(boxunion_sanitized_command boxunion_command tests/support/sanitizers.cpp)
 set_target_properties(boxunion_sanitized_command PROPERTIES OUTPUT_NAME boxunion)

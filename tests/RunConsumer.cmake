@@ -64,6 +64,6 @@ run(${WORK}/prefix/bin/boxunion --version)
 
 set(ENV{DESTDIR} ${WORK}/stage)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix /usr)
-if(NOT EXISTS ${WORK}/stage/usr/include/boxunion/core/box.hpp)
+if(NOT EXISTS ${WORK}/stage/usr/include/boxunion/core/boxes/box.hpp)
   message(FATAL_ERROR "the headers are not under DESTDIR")
 endif()

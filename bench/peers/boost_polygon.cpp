@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/peers/contender.hpp"
-#include "host/files.hpp"
+#include "host/files/files.hpp"
 
 namespace {
 

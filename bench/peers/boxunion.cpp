@@ -13,15 +13,15 @@
 #include <vector>
 
 #include "bench/peers/contender.hpp"
-#include "core/brep.hpp"
-#include "core/contour.hpp"
-#include "core/polygons.hpp"
-#include "core/triangulation.hpp"
-#include "core/voxel_boxes.hpp"
-#include "core/voxel_labels.hpp"
-#include "host/engine.hpp"
-#include "host/files.hpp"
-#include "host/volume.hpp"
+#include "core/boundary/brep.hpp"
+#include "core/boundary/triangulation.hpp"
+#include "core/plane/contour.hpp"
+#include "core/plane/polygons.hpp"
+#include "core/voxels/voxel_boxes.hpp"
+#include "core/voxels/voxel_labels.hpp"
+#include "host/engine/engine.hpp"
+#include "host/files/files.hpp"
+#include "host/files/volume.hpp"
 
 namespace boxunion::peers {
 namespace {

@@ -14,7 +14,7 @@
 #include <TopTools_ListOfShape.hxx>
 
 #include "bench/peers/contender.hpp"
-#include "host/files.hpp"
+#include "host/files/files.hpp"
 
 namespace {
 

@@ -2,10 +2,10 @@
 
 #include <cstdint>
 
-#include "core/mass.hpp"
-#include "tests/expressions.hpp"
+#include "core/solid/mass.hpp"
+#include "tests/engine/expressions.hpp"
+#include "tests/engine/sweep.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/sweep.hpp"
 
 namespace boxunion::fuzz {
 namespace {

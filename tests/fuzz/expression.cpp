@@ -1,12 +1,12 @@
 // Any text as a boolean expression: refused with an Error, or the same function before and after simplify().
 
-#include "core/expression.hpp"
+#include "core/cells/expression.hpp"
 
 #include <cstdint>
 #include <string_view>
 
-#include "core/error.hpp"
-#include "tests/expressions.hpp"
+#include "core/base/error.hpp"
+#include "tests/engine/expressions.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "core/box.hpp"
-#include "host/engine.hpp"
+#include "core/boxes/box.hpp"
+#include "host/engine/engine.hpp"
 
 // What the fuzz targets share. A target makes something of any bytes and ends the process where a law is
 // broken.

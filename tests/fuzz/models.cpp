@@ -2,11 +2,11 @@
 
 #include <cstdint>
 
-#include "core/adjacency.hpp"
-#include "core/brep.hpp"
-#include "core/components.hpp"
-#include "core/decomposition.hpp"
-#include "core/voxel_labels.hpp"
+#include "core/boundary/brep.hpp"
+#include "core/models/adjacency.hpp"
+#include "core/models/components.hpp"
+#include "core/models/decomposition.hpp"
+#include "core/voxels/voxel_labels.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "core/error.hpp"
-#include "core/voxel_boxes.hpp"
-#include "host/files.hpp"
+#include "core/base/error.hpp"
+#include "core/voxels/voxel_boxes.hpp"
+#include "host/files/files.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/mass.hpp"
-#include "core/triangulation.hpp"
+#include "core/boundary/triangulation.hpp"
+#include "core/solid/mass.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

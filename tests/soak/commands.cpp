@@ -17,12 +17,12 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/generate_volume.hpp"
-#include "host/files.hpp"
-#include "tests/sanitized.hpp"
+#include "core/voxels/generate_volume.hpp"
+#include "host/files/files.hpp"
 #include "tests/soak/processes.hpp"
 #include "tests/soak/random.hpp"
-#include "tests/temporary.hpp"
+#include "tests/support/sanitized.hpp"
+#include "tests/support/temporary.hpp"
 
 namespace boxunion::soak {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/families.hpp"
+#include "tests/support/families.hpp"
 
 namespace boxunion::soak {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "core/connectivity.hpp"
-#include "core/decomposition.hpp"
-#include "core/triangulation.hpp"
-#include "host/engine.hpp"
+#include "core/base/connectivity.hpp"
+#include "core/boundary/triangulation.hpp"
+#include "core/models/decomposition.hpp"
+#include "host/engine/engine.hpp"
 
 namespace boxunion::soak {
 

@@ -29,11 +29,11 @@
 #include <string>
 #include <vector>
 
-#include "host/device.hpp"
-#include "tests/sanitized.hpp"
+#include "host/device/device.hpp"
 #include "tests/soak/commands.hpp"
 #include "tests/soak/jobs.hpp"
-#include "tests/temporary.hpp"
+#include "tests/support/sanitized.hpp"
+#include "tests/support/temporary.hpp"
 
 namespace {
 

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/base/memory.hpp"
+#include "core/base/parallel.hpp"
+
+namespace boxunion {
+
+/// The bits of a double in an unsigned integer that sorts as the double does; -0.0 gives what 0.0 gives.
+/// Not for NaN.
+inline std::uint64_t ordered_bits(double x) {
+  const auto bits = std::bit_cast<std::uint64_t>(x + 0.0);
+  return bits ^ (std::uint64_t(1) << 63 | (0 - (bits >> 63)));
+}
+
+/// The double that ordered_bits came from (0.0 for -0.0).
+inline double from_ordered_bits(std::uint64_t bits) {
+  return std::bit_cast<double>(bits ^ (std::uint64_t(1) << 63 | ((bits >> 63) - 1)));
+}
+
+namespace detail {
+
+/// Sorts by the highest bits in which the keys differ, then every bucket by itself: the first round goes
+/// through memory, the others find their bucket in the cache; bits that all keys of a bucket share cost
+/// nothing. Buckets that are still large are split by several threads again, so one that holds nearly
+/// everything does no harm.
+template <class T, class KeyOf>
+class RadixSort {
+  using Key = std::remove_cvref_t<std::invoke_result_t<KeyOf, const T&>>;
+
+ public:
+  static constexpr std::size_t kInsertion = 32;  // elements
+
+  explicit RadixSort(KeyOf key) : key_(key) {}
+
+  /// Sorts from[0, n); the result comes to `to` if `move`, else it stays; the other array holds anything.
+  void sort(T* from, T* to, std::size_t n, bool move) const {
+    if (n <= kInsertion) return insert(from, move ? to : from, n);
+    if (const Key varying = varying_bits(from, n); varying != 0) return split(from, to, n, move, varying);
+    if (move) std::copy(from, from + n, to);
+  }
+
+ private:
+  static constexpr std::size_t kChunk = 1 << 14;  // elements for a thread
+  static constexpr std::size_t kMaxChunks = 64;
+  static constexpr std::size_t kShare = 1 << 11;    // elements in the buckets for a thread, at least
+  static constexpr std::size_t kInCache = 1 << 18;  // bytes
+
+  void insert(const T* from, T* to, std::size_t n) const {
+    for (std::size_t i = 0; i < n; ++i) {
+      const T value = from[i];
+      const Key key = key_(value);
+      std::size_t j = i;
+      for (; j > 0 && key < key_(to[j - 1]); --j) to[j] = to[j - 1];
+      to[j] = value;
+    }
+  }
+
+  Key varying_bits(const T* values, std::size_t n) const {
+    const Key first = key_(values[0]);
+    return parallel_reduce(
+        0, n, kChunk, Key(0),
+        [&](std::size_t begin, std::size_t end, Key varying) {
+          for (std::size_t i = begin; i < end; ++i) varying |= key_(values[i]) ^ first;
+          return varying;
+        },
+        std::bit_or<>());
+  }
+
+  void split(T* from, T* to, std::size_t n, bool move, Key varying) const {
+    // So many buckets that an average one is left to insertion.
+    const int width = bit_width(varying);
+    const int most_bits = n * sizeof(T) <= kInCache ? 11 : 8;  // so many places to write at are in reach
+    const int digit_bits = std::min({width, most_bits, bit_width(n) - 3});
+    const int shift = width - digit_bits;
+    const std::size_t buckets = std::size_t(1) << digit_bits;
+    const auto digit = [&](const T& value) {
+      return static_cast<std::size_t>(key_(value) >> shift) & (buckets - 1);
+    };
+
+    const std::size_t chunks = std::clamp(n / kChunk, std::size_t(1), kMaxChunks);
+    std::vector<std::size_t> places(chunks * buckets);  // of a chunk's next element of a bucket
+    const auto each_element = [&](auto&& f) {
+      parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t chunk = begin; chunk < end; ++chunk) {
+          std::size_t* place = places.data() + chunk * buckets;
+          const T* last = from + n * (chunk + 1) / chunks;
+          for (const T* value = from + n * chunk / chunks; value != last; ++value)
+            f(*value, place[digit(*value)]);
+        }
+      });
+    };
+    each_element([](const T&, std::size_t& count) { ++count; });
+    std::size_t sum = 0;
+    for (std::size_t bucket = 0; bucket < buckets; ++bucket)
+      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+        sum += std::exchange(places[chunk * buckets + bucket], sum);
+    each_element([&](const T& value, std::size_t& place) { to[place++] = value; });
+
+    const std::size_t* ends = places.data() + (chunks - 1) * buckets;
+    const std::size_t grain = std::max<std::size_t>(1, buckets * kShare / n);
+    parallel_ranges(0, buckets, grain, [&](std::size_t first, std::size_t last) {
+      std::size_t begin = first == 0 ? 0 : ends[first - 1];
+      for (std::size_t bucket = first; bucket < last; begin = ends[bucket++])
+        sort(to + begin, from + begin, ends[bucket] - begin, !move);
+    });
+  }
+
+  template <class Integer>
+  static int bit_width(Integer x) {
+    if constexpr (sizeof(x) > sizeof(std::uint64_t))
+      if (x >> 64 != 0) return 64 + bit_width(static_cast<std::uint64_t>(x >> 64));
+    return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(x)));
+  }
+
+  KeyOf key_;
+};
+
+}  // namespace detail
+
+/// Sorts values in ascending order of key(value), an unsigned integer of 32, 64 or 128 bits; in parallel and
+/// stably. `scratch` is as long as values (it may be empty for up to 32 of them) and holds anything
+/// afterwards.
+template <class T, class KeyOf = std::identity>
+void radix_sort(std::span<T> values, std::span<T> scratch, KeyOf key = {}) {
+  detail::RadixSort<T, KeyOf>(key).sort(values.data(), scratch.data(), values.size(), false);
+}
+
+/// The same with scratch of its own.
+template <class T, class KeyOf = std::identity>
+void radix_sort(std::span<T> values, KeyOf key = {}) {
+  using Sort = detail::RadixSort<T, KeyOf>;
+  auto scratch = make_array<T>(values.size() <= Sort::kInsertion ? 0 : values.size(), "sorting");
+  radix_sort(values, std::span(scratch), key);
+}
+
+}  // namespace boxunion

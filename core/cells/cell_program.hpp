@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/cells/expression.hpp"
+
+namespace boxunion {
+
+/// Which boxes of a cell belong to an operand, counted from the cell's first one.
+struct CellBoxes {
+  std::uint32_t first = 0, count = 0;
+};
+
+/// One operation of a cell's program, as the kernels read it: an expression over the cell's boxes, in postfix
+/// order. Boxes that are united with the last result or taken out of it need no result of their own.
+struct CellStep {
+  enum class Operation : std::uint32_t {
+    push,   ///< a new result: the union of some boxes
+    unite,  ///< the last result and some boxes
+    carve,  ///< the last result without some boxes
+    complement,
+    intersection,
+    union_of_both,
+    symmetric_difference,
+    difference,
+    reversed_difference
+  };
+  Operation operation = Operation::push;
+  CellBoxes boxes;  ///< push, unite, carve
+};
+
+/// A cell's program; without steps, the cell is the union of its boxes.
+struct CellProgram {
+  std::uint32_t first = 0, count = 0;  ///< in CellBatch::steps
+};
+
+/// Appends an expression's program to `out`. `boxes` is by operand.
+CellProgram append_program(std::span<const Step> steps, std::span<const CellBoxes> boxes,
+                           std::vector<CellStep>& out);
+
+}  // namespace boxunion

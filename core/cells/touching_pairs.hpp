@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/cells/packed.hpp"
+
+namespace boxunion {
+
+/// Finds the pairs of boxes that touch each other, whatever the boxes' shapes: rods that run through the
+/// whole tile, too. After Zomorodian and Edelsbrunner, "Fast software for box intersections", 2002: on one
+/// axis after the other, boxes are divided at the median of their low ends, and a box that spans all of a
+/// part is compared with that part on the axes that are left. Takes O(boxes log^2 boxes + pairs) where few
+/// boxes touch.
+class TouchingPairs {
+ public:
+  using Take = std::function<void(std::uint32_t, std::uint32_t)>;
+
+  /// Calls take(i, j) for every pair of boxes that touch, perhaps several times. False if it has given up
+  /// after `most` calls.
+  bool find(std::span<const PackedBox> boxes, std::size_t most, const Take& take);
+
+ private:
+  using Indices = std::vector<std::uint32_t>;
+  using Items = std::span<const std::uint32_t>;
+  /// A part of an axis: lo <= p < hi.
+  struct Part {
+    std::uint32_t lo, hi;
+  };
+  static constexpr Part kWhole{0, packed::kMax + 1};
+
+  void divide(Items spans, Items points, Part part, int axis);
+  void divide_on_next_axis(Items spans, Items points, int axis);
+  void scan(Items spans, Items points);
+  void compare_all(Items spans, Items points);
+  void compare(std::uint32_t i, std::uint32_t j);
+  std::uint32_t low(std::uint32_t i, int axis) const { return packed::field(boxes_[i].lo, axis); }
+  std::uint32_t high(std::uint32_t i, int axis) const { return packed::field(boxes_[i].hi, axis); }
+
+  std::span<const PackedBox> boxes_;
+  const Take* take_ = nullptr;
+  std::size_t left_ = 0;  // calls
+};
+
+}  // namespace boxunion

@@ -1,0 +1,237 @@
+#include "core/models/decomposition.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <span>
+
+#include "core/base/error.hpp"
+#include "core/base/memory.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/radix_sort.hpp"
+#include "core/models/box_sweep.hpp"
+
+namespace boxunion {
+namespace {
+
+constexpr std::uint64_t kMostBoxes = 0xffffffffu;
+
+[[noreturn]] void throw_too_many() {
+  throw Error(ErrorKind::resources, "the decomposition has 2^32 boxes or more");
+}
+
+/// Thrown by a sweep that has found more boxes than it may.
+struct TooMany {};
+
+/// Keeps one of those points that are there an odd number of times; they are sorted.
+template <class Points>
+void keep_odd(Points& points) {
+  auto out = points.begin();
+  for (auto i = points.begin(); i != points.end();) {
+    const auto point = *i;
+    bool odd = false;
+    for (; i != points.end() && *i == point; ++i) odd = !odd;
+    if (odd) *out++ = point;
+  }
+  points.erase(out, points.end());
+}
+
+/// Calls add(low corner, high corner) for every box of the OUDB, in order.
+template <class Add>
+void find_oudb(const Evm& evm, Add&& add) {
+  OudbSweep<std::uint32_t> sweep;
+  for_each_plane(std::span(evm.vertices),
+                 [&](const ExtremeVertices<2>& plane, std::uint32_t a) { sweep.pass(plane, a, add); });
+}
+
+/// Planes that a thread sweeps, and the section before them.
+struct Planes {
+  std::span<const OrderedPoint<3>> vertices;
+  ExtremeVertices<2> before;
+};
+
+/// Part of a sweep for the CUDB. Its first boxes, `inherited` of them, go on from the part before.
+struct Part {
+  std::vector<OrdinalBox>
+      boxes;  // hi[0] is kOrdinalMin if they go on into the next part, as lo[0] if inherited
+  std::size_t inherited = 0;
+  std::vector<std::uint32_t> open;  // boxes that go on, in the order in which the next part inherits them
+};
+
+/// A box lasts as long as its rectangle belongs to the section: as CudbSweep, but in the order in which boxes
+/// begin. Throws TooMany if there are more than `most`.
+Part sweep(const Planes& planes, std::uint64_t most) {
+  using Rectangle = SectionRectangle<std::uint32_t>;
+  Part part;
+  SectionRectangles<std::uint32_t> rectangles;
+  const auto begin = [&](const Rectangle& r, std::uint32_t a) {
+    if (part.boxes.size() - part.inherited == most) throw TooMany();
+    part.boxes.push_back({{a, r.b_lo, r.c_lo}, {Axis::kOrdinalMin, r.b_hi, r.c_hi}});
+    return static_cast<std::uint32_t>(part.boxes.size() - 1);
+  };
+  const auto end = [&](const Rectangle& r, std::uint32_t a) { part.boxes[r.mark].hi[0] = a; };
+  ExtremeVertices<3> inherited;
+  inherited.reserve(planes.before.size());
+  for (const auto& [b, c] : planes.before) inherited.push_back({Axis::kOrdinalMin, b, c});
+  rectangles.pass(inherited, begin, end);
+  part.inherited = part.boxes.size();
+  rectangles.pass(planes.vertices, begin, end);
+  for (const Rectangle& r : rectangles.all()) part.open.push_back(r.mark);
+  return part;
+}
+
+/// What the planes of some vertices change in the section: their symmetric difference.
+ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
+  ExtremeVertices<2> points;
+  points.reserve(vertices.size());
+  for (const OrderedPoint<3>& v : vertices) points.push_back({v[1], v[2]});
+  radix_sort(std::span(points), PointKey());
+  keep_odd(points);
+  return points;
+}
+
+/// Cuts the sweep into parts of whole planes, for as many threads as there are. None begins where the section
+/// is much larger than what the part sweeps, so that all sections together have no more than twice the
+/// vertices.
+std::vector<Planes> cut_sweep(const Evm& evm) {
+  constexpr std::size_t kLeastVertices = 1 << 14;
+  const std::size_t wanted = std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, thread_count());
+  std::vector<std::span<const OrderedPoint<3>>> cuts;
+  for (std::span<const OrderedPoint<3>> rest = evm.vertices; !rest.empty();) {
+    std::size_t count = std::min(rest.size(), evm.vertices.size() / wanted + 1);
+    while (count < rest.size() && rest[count][0] == rest[count - 1][0]) ++count;
+    cuts.push_back(rest.first(count));
+    rest = rest.subspan(count);
+  }
+  std::vector<ExtremeVertices<2>> changes(cuts.size());
+  parallel_ranges(0, std::max<std::size_t>(cuts.size(), 1) - 1, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) changes[i] = section_change(cuts[i]);
+  });
+  std::vector<Planes> parts;
+  ExtremeVertices<2> section, next;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    if (i == 0 || section.size() <= 2 * cuts[i].size())
+      parts.push_back({cuts[i], section});
+    else
+      parts.back().vertices = {parts.back().vertices.begin(), cuts[i].end()};
+    exclusive_or(section, changes[i], next);
+    std::swap(section, next);
+    changes[i] = ExtremeVertices<2>();  // {} would keep the memory
+  }
+  return parts;
+}
+
+/// Throws TooMany if a part finds more than `most` boxes.
+std::vector<Part> sweep_in_parts(const Evm& evm, std::uint64_t most) {
+  const std::vector<Planes> planes = cut_sweep(evm);
+  std::vector<Part> parts(planes.size());
+  parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) parts[i] = sweep(planes[i], most);
+  });
+  return parts;
+}
+
+/// Appends the boxes of parts in order.
+void join_parts(std::vector<Part> parts, std::vector<OrdinalBox>& boxes) {
+  std::vector<std::uint32_t> open;  // by inherited box of the next part
+  for (Part& part : parts) {
+    const std::size_t shift = boxes.size() - part.inherited;
+    if (part.boxes.size() + shift > kMostBoxes) throw_too_many();
+    for (std::size_t i = 0; i < part.inherited; ++i) boxes[open[i]].hi[0] = part.boxes[i].hi[0];
+    for (std::uint32_t& box : part.open) box = box < part.inherited ? open[box] : std::uint32_t(box + shift);
+    open = std::move(part.open);
+    boxes.insert(boxes.end(), part.boxes.begin() + std::ptrdiff_t(part.inherited), part.boxes.end());
+    part.boxes = std::vector<OrdinalBox>();  // {} would keep the memory
+  }
+}
+
+bool holds_int32(const Axis& axis) {
+  if (!axis.is_lattice() || axis.exponent() < 0) return false;
+  using Limits = std::numeric_limits<std::int32_t>;
+  return axis.count() == 0 ||
+         (axis.coordinate(1) >= Limits::min() && axis.coordinate(axis.count()) <= Limits::max());
+}
+
+}  // namespace
+
+Decomposition decompose(const Evm& evm, BoxModel model) {
+  validate(evm.order);
+  Decomposition result{evm.axes, evm.order, {}};
+  if (model == BoxModel::cudb) {
+    try {
+      join_parts(sweep_in_parts(evm, kMostBoxes), result.boxes);
+    } catch (const TooMany&) {
+      throw_too_many();
+    }
+  } else {
+    const std::uint64_t count =
+        count_boxes(evm, model, kMostBoxes);  // they may be far more than the vertices
+    if (count > kMostBoxes) throw_too_many();
+    with_memory("the decomposition", count * sizeof(OrdinalBox), [&] { result.boxes.reserve(count); });
+    find_oudb(evm, [&](const OrderedPoint<3>& lo, const OrderedPoint<3>& hi) {
+      result.boxes.push_back({lo, hi});
+    });
+  }
+  return result;
+}
+
+std::uint64_t count_boxes(const Evm& evm, BoxModel model, std::uint64_t most) {
+  std::uint64_t count = 0;
+  try {
+    if (model == BoxModel::oudb)
+      find_oudb(evm, [&](const auto&, const auto&) {
+        if (++count > most) throw TooMany();
+      });
+    else
+      for (const Part& part : sweep_in_parts(evm, most)) count += part.boxes.size() - part.inherited;
+  } catch (const TooMany&) {
+    return most + 1;
+  }
+  return std::min(count, most + 1);
+}
+
+Evm make_evm(const Decomposition& decomposition) {
+  validate(decomposition.order);
+  Evm evm{decomposition.axes, decomposition.order, {}};
+  const std::vector<OrdinalBox>& boxes = decomposition.boxes;
+  Array<OrderedPoint<3>> corners;
+  with_memory("the corners of all boxes", 8 * boxes.size() * sizeof(OrderedPoint<3>),
+              [&] { corners.resize(8 * boxes.size()); });
+  parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t k = 0; k < 8; ++k) {
+        const auto& [lo, hi] = boxes[i];
+        corners[8 * i + k] = {k & 4 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 1 ? hi[2] : lo[2]};
+      }
+  });
+  radix_sort(std::span(corners), PointKey());
+  keep_odd(corners);
+  evm.vertices.assign(corners.begin(), corners.end());
+  return evm;
+}
+
+bool hold_int32(const Axes& axes) {
+  return std::all_of(axes.begin(), axes.end(), holds_int32);
+}
+
+BoxSet to_boxes(const Decomposition& decomposition) {
+  validate(decomposition.order);
+  const std::vector<OrdinalBox>& boxes = decomposition.boxes;
+  std::array<std::size_t, 3> place{};  // of x, y, z in the order
+  for (std::size_t i = 0; i < 3; ++i) place[decomposition.order[i]] = i;
+  const auto convert = [&]<class T>(std::vector<BoxOf<T>> result) {
+    with_memory("the boxes", boxes.size() * sizeof(BoxOf<T>), [&] { result.resize(boxes.size()); });
+    parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          result[i][axis] = T(decomposition.axes[axis].coordinate(boxes[i].lo[place[axis]]));
+          result[i][axis + 3] = T(decomposition.axes[axis].coordinate(boxes[i].hi[place[axis]]));
+        }
+    });
+    return BoxSet(std::move(result));
+  };
+  return hold_int32(decomposition.axes) ? convert(std::vector<IntegerBox>()) : convert(std::vector<Box>());
+}
+
+}  // namespace boxunion

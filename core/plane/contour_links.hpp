@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/memory.hpp"
+#include "core/plane/contour.hpp"
+
+namespace boxunion {
+
+/// The x of a contour's vertices as small numbers in the same order: ordinals, or ranks where the ordinals
+/// are too sparse.
+class ContourColumns {
+ public:
+  explicit ContourColumns(const Contour& contour);
+  std::uint32_t count() const { return static_cast<std::uint32_t>(count_); }
+  std::uint32_t operator[](std::size_t vertex) const {
+    return ranks_.empty() ? vertices_[vertex].x : ranks_[vertex];
+  }
+
+ private:
+  std::span<const ContourVertex> vertices_;
+  std::size_t count_;
+  Array<std::uint32_t> ranks_;
+};
+
+/// Links the corners of a contour to loops, with the inside to the left.
+///
+/// A vertex has a corner of the same number. Where two corners touch, that is the lower one, and the upper
+/// one is numbered from the number of vertices on, in the order of the vertices again.
+///
+/// The ends of a horizontal edge are neighbours in the order of the vertices. Those of a vertical one are
+/// neighbours in a column, so it takes the last vertex of each column to find them. Bands of rows are linked
+/// in parallel, and joined in the columns.
+class ContourLinks {
+ public:
+  /// Vertices [begin, end): some rows.
+  struct Band {
+    std::uint32_t begin, end;
+    /// Corners that may be the lowest, and of these the leftmost, of a loop, in order of their vertices. A
+    /// loop has a lowest edge, and this is its left end: an edge goes right and one goes up.
+    Array<std::uint32_t> beginnings;
+    /// Of each column the last corner in this band or a lower one; kNone if there is none, or anything in
+    /// the only band.
+    Array<std::uint32_t> last;
+  };
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  /// Throws Error(resources) if memory does not suffice; there may be 2^31 - 1 vertices.
+  ContourLinks(const Contour& contour, const ContourColumns& columns);
+
+  std::span<const Band> bands() const { return bands_; }
+  /// The next corner on the loop. It may be overwritten.
+  std::uint32_t& next(std::uint32_t corner) { return next_[corner]; }
+  std::uint32_t next(std::uint32_t corner) const { return next_[corner]; }
+  std::uint32_t vertex(std::uint32_t corner) const {
+    return std::min(corner, corner - static_cast<std::uint32_t>(vertices_.size()));  // or it wraps round
+  }
+  /// True if two corners touch at the corner's vertex.
+  bool touches(std::uint32_t corner) const;
+  std::uint32_t upper(std::uint32_t vertex) const {
+    return vertex + static_cast<std::uint32_t>(vertices_.size());
+  }
+
+ private:
+  /// The end of an edge from a lower band.
+  struct Dangling {
+    std::uint32_t column, vertex;
+  };
+
+  void link(Band& band, const ContourColumns& column_of, std::vector<Dangling>& dangling);
+  void join(const Band& lower, Band& upper, std::span<const Dangling> dangling);
+
+  std::span<const ContourVertex> vertices_;
+  std::vector<Band> bands_;
+  Array<std::uint32_t> next_;
+};
+
+}  // namespace boxunion

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/memory.hpp"
+#include "core/base/ordered_bitset.hpp"
+#include "core/solid/vertex.hpp"
+
+namespace boxunion {
+
+/// A vertex of a slab's contour. Bit x + 2y of `quadrants` says whether the quadrant (x, y in {0, 1}; 1 is
+/// the positive side) of its neighbourhood is inside; the mask is constant along neither axis.
+struct ContourVertex {
+  std::uint32_t x = 0, y = 0;
+  std::uint32_t quadrants = 0;
+  friend bool operator==(const ContourVertex&, const ContourVertex&) = default;
+  /// Contours sort by y, then x.
+  friend bool operator<(const ContourVertex& a, const ContourVertex& b) {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  }
+};
+
+/// The vertices of the solid in the plane between two neighbouring slabs (López Monterde et al., section 6).
+///
+/// The published merge compares 2-D vertices by position and face degrees and loses configurations; here the
+/// octant mask of a point is simply the quadrants of the lower contour and those of the upper one. Candidates
+/// are the contour vertices of either slab and the points where a vertical contour edge of one slab crosses a
+/// horizontal one of the other. One sweep along y over the active vertical edges finds the crossings and the
+/// quadrants of the slab that has no vertex at a candidate: O((V1 + V2 + crossings) log_64 size).
+class XorMerge {
+ public:
+  /// For contours whose x are below `size`.
+  explicit XorMerge(std::uint32_t size);
+
+  /// Appends the vertices at height z to `out`, in no particular order; x stays as in the contours. Both
+  /// contours are sorted and complete.
+  void operator()(std::span<const ContourVertex> lower, std::span<const ContourVertex> upper, std::uint32_t z,
+                  Array<Vertex>& out);
+
+ private:
+  /// One slab's state as the sweep line moves up: its vertical edges that cross the line.
+  struct Side {
+    OrderedBitset edges;
+    std::vector<std::uint64_t> inside_right;  // by x: is the slab inside on the right of the edge?
+    std::span<const ContourVertex> row;       // vertices on the line
+
+    bool right_of(std::uint32_t x) const { return inside_right[x >> 6] >> (x & 63) & 1; }
+    unsigned quadrants(std::uint32_t x, std::size_t row_index) const;
+    void advance();
+  };
+  void emit(std::uint32_t x, std::uint32_t y, unsigned lower, unsigned upper);
+  void crossings(int horizontal);
+
+  Side sides_[2];
+  std::uint32_t z_ = 0;
+  Array<Vertex>* out_ = nullptr;
+};
+
+}  // namespace boxunion

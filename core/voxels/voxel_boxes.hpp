@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/boxes/box.hpp"
+#include "core/voxels/volume.hpp"
+
+namespace boxunion {
+
+/// Boxes without common interior whose union is that of the voxels inside.
+///
+/// Runs along x that repeat from row to row become rectangles, rectangles that repeat from slice to slice
+/// become boxes: the CUDB decomposition (Cruz-Matías and Ayala) in the order z, y, x, made while the slices
+/// stream by, with memory for the boxes and a few slices. Sorted by the first voxel's z, y, x. In units of
+/// voxels along the volume's axes: voxel (i, j, k) is the box from (i, j, k) to (i + 1, j + 1, k + 1).
+/// Parallel.
+std::vector<IntegerBox> index_boxes(const VoxelStream& stream);
+
+/// The same boxes where the volume's grid has them: 32-bit integers where origin and spacing are whole
+/// numbers and all edges fit, else doubles, each edge rounded once. Parallel.
+///
+/// Throws Error(input) if an edge is beyond the doubles, Error(usage) for an invalid grid.
+BoxSet voxel_boxes(const VoxelStream& stream);
+
+/// Gives the same boxes to `take`, some at a time, as the slices pass them: only those that reach the slice
+/// and a few slices are in memory. Throws as voxel_boxes does.
+void stream_voxel_boxes(const VoxelStream& stream, const std::function<void(const BoxSet&)>& take);
+
+/// The memory that streaming may take, about, whatever the voxels are.
+std::uint64_t stream_bytes(const VoxelGrid& grid);
+
+}  // namespace boxunion

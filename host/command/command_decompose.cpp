@@ -1,0 +1,119 @@
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/models/adjacency.hpp"
+#include "core/models/decomposition.hpp"
+#include "core/models/evm.hpp"
+#include "host/command/command.hpp"
+#include "host/command/command_results.hpp"
+#include "host/engine/stopwatch.hpp"
+#include "host/engine/threads.hpp"
+#include "host/external/external_decomposition.hpp"
+#include "host/files/box_file.hpp"
+#include "host/files/files.hpp"
+
+namespace boxunion::command {
+namespace {
+
+const char* name(Model model) {
+  constexpr std::array kNames = {"evm", "oudb", "cudb"};
+  return kNames[std::size_t(model)];
+}
+
+/// The boxes that a model consists of; none: extreme vertices.
+std::optional<BoxModel> box_model(Model model) {
+  if (model == Model::evm) return std::nullopt;
+  return model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
+}
+
+/// The extreme vertices in the order asked for, or in that which gives the model the fewest elements (of
+/// equals the first; extreme vertices are as many in every order). One order may give far more than another,
+/// so none is counted much further than the best.
+Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::optional<AxisOrder>& order) {
+  if (order || !boxes) return make_evm(solid, order.value_or(kAxisOrders[0]));
+  Evm best;
+  for (std::uint64_t limit = 8 * solid.vertices.size();; limit *= 8) {
+    std::uint64_t fewest = limit + 1;
+    for (const AxisOrder& candidate : kAxisOrders) {
+      Evm evm = make_evm(solid, candidate);
+      const std::uint64_t count = count_boxes(evm, *boxes, fewest - 1);
+      if (count >= fewest) continue;
+      fewest = count;
+      best = std::move(evm);
+    }
+    if (fewest <= limit) return best;
+    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() says that it is too much
+  }
+}
+
+/// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the
+/// bytes of their lists too.
+void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
+               std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {
+  std::uint64_t bytes = elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>));
+  if (boxes && connectivity) {
+    results.push_back(count_result("neighbors", pairs));
+    bytes += Adjacency::bytes_of(elements, pairs);
+  }
+  results.push_back(string_result("order", to_string(order)));
+  results.push_back(count_result(boxes ? "boxes" : "vertices", elements));
+  results.push_back(count_result("bytes", bytes));
+}
+
+}  // namespace
+
+void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
+               const Common& common) {
+  ProgressBar bar(common.quiet);
+  OutputGroup outputs;
+  std::optional<OutputFile> file;
+  if (!output.empty()) file.emplace(open_output(output, common.interrupted, kBoxFormats, &outputs));
+  Report report;
+  const std::optional<BoxModel> model = box_model(decompose_options.model);
+  std::vector<Result> results = {string_result("model", name(decompose_options.model))};
+  std::optional<std::uint64_t> slabs;
+  with_threads(common.engine.threads, common.interrupted, [&] {
+    const Options options = engine_options(common, bar);
+    if (common.budget) {
+      const auto boxes = open_boxes(input, *common.budget, common.interrupted, common.volume);
+      ExternalUnion solid(*boxes, options, *common.budget, report);
+      const ExternalModel made = decompose(solid, model, decompose_options.order,
+                                           decompose_options.connectivity, std::move(file), report);
+      add_model(results, model, made.order, made.elements, decompose_options.connectivity, made.pairs);
+      slabs = solid.slabs();
+      return;
+    }
+    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
+    Stages stages(report, common.interrupted);
+    const Evm evm = ordered_evm(solid, model, decompose_options.order);
+    stages.finish("evm");
+    if (!model) {
+      add_model(results, model, evm.order, evm.vertices.size(), {}, 0);
+      stages.end();
+      if (file) write_extreme_vertices(evm, std::move(*file));
+      return;
+    }
+    const Decomposition boxes = decompose(evm, *model);
+    stages.finish("boxes");
+    std::uint64_t pairs = 0;
+    if (decompose_options.connectivity) {
+      pairs = find_neighbors(boxes, *decompose_options.connectivity).pairs();
+      stages.finish("neighbors");
+    }
+    stages.end();
+    add_model(results, model, evm.order, boxes.boxes.size(), decompose_options.connectivity, pairs);
+    if (file) write_boxes(to_boxes(boxes), std::move(*file));
+  });
+  bar.clear();
+  if (!output.empty()) results.push_back(string_result("output", output));
+  if (slabs) results.push_back(count_result("slabs", *slabs));
+  add_report(results, report);
+  print_results(results, common.json);
+  outputs.publish();
+}
+
+}  // namespace boxunion::command

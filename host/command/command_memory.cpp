@@ -1,0 +1,102 @@
+#include "host/command/command_memory.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <tbb/task_group.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "core/base/error.hpp"
+#include "core/boxes/axis.hpp"
+#include "host/device/device.hpp"
+#include "host/engine/threads.hpp"
+#include "host/files/box_file.hpp"
+#include "host/files/files.hpp"
+
+extern "C" void __asan_init() __attribute__((weak));
+extern "C" void __tsan_init() __attribute__((weak));
+
+namespace boxunion::command {
+namespace {
+
+/// Sanitizers reserve more than any budget. The command may be linked with a library that has them, itself
+/// without.
+bool is_sanitized() {
+  return __asan_init != nullptr || __tsan_init != nullptr;
+}
+
+/// Code and constants of the process and its libraries, and the first thread's stack: what RLIMIT_DATA does
+/// not count.
+constexpr std::uint64_t kUncounted = std::uint64_t{16} << 20;
+constexpr std::uint64_t kLeast = std::uint64_t{32}
+                                 << 20;  // what any run takes, so that it can say that it does not suffice
+
+/// Has all threads work at the same time, once, so that the thread library starts them; gives up soon where
+/// the system has no time for all.
+void start_threads(int threads) {
+  with_threads(threads, nullptr, [] {
+    const std::size_t all = thread_count();
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    std::atomic<std::size_t> working = 0;
+    tbb::task_group group;
+    for (std::size_t i = 0; i < all; ++i)
+      group.run([&] {
+        ++working;
+        while (working < all && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+      });
+    group.wait();
+  });
+}
+
+/// Bytes of writable private memory that the process has asked for, most of it for stacks that it never
+/// touches; 0 if the system does not say.
+std::uint64_t asked_for() {
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key; status.ignore(1000, '\n'))
+    if (std::uint64_t kibibytes = 0; key == "VmData:" && status >> kibibytes) return kibibytes << 10;
+  return 0;
+}
+
+}  // namespace
+
+void limit_memory(std::uint64_t bytes, const Options& options) {
+  if (is_sanitized() || open_device(options.device)->info().id != "native") return;
+  start_threads(options.threads);
+  const std::uint64_t most = asked_for() + std::max(bytes, kLeast) - kUncounted;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, most);
+  ::setrlimit(RLIMIT_DATA, &limit);  // without it, boxunion's own sums remain
+}
+
+HeldBoxes::HeldBoxes(const Common& common) : common_(common) {
+  if (common.budget && common.budget->bytes < kLeast)
+    throw Error(ErrorKind::resources,
+                fmt::format("a memory budget of {} MiB is too small: expected at least {} MiB",
+                            common.budget->bytes >> 20, kLeast >> 20));
+}
+
+BoxSet HeldBoxes::read(const std::string& path) {
+  if (!common_.budget) return read_boxes(path, common_.interrupted, common_.volume);
+  const std::unique_ptr<BoxFile> file =
+      open_boxes(path, *common_.budget, common_.interrupted, common_.volume);
+  const std::size_t box_bytes =
+      file->read(0, 0).visit([](const auto& boxes) { return sizeof boxes[0]; }) + sizeof(OrdinalBox);
+  bytes_ += file->size() * box_bytes;
+  if (kUncounted + bytes_ > common_.budget->bytes)
+    throw Error(ErrorKind::resources,
+                fmt::format("{}: the boxes take at least {} MiB of memory, more than --memory gives", path,
+                            ((kUncounted + bytes_) >> 20) + 1));
+  BoxSet boxes = file->read(0, file->size());
+  const std::size_t invalid = find_invalid(boxes);
+  if (invalid < boxes.size()) validate(boxes[invalid], file->name_of(invalid));
+  return boxes;
+}
+
+}  // namespace boxunion::command

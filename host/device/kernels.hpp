@@ -1,0 +1,20 @@
+#pragma once
+
+#include "host/device/device.hpp"
+
+/// The kernels of kernels/*.k, embedded at build time. One declaration here for each kernel listed in
+/// cmake/Kernels.cmake, which generates the definitions.
+namespace boxunion::kernels {
+
+const KernelSource& contour();
+const KernelSource& cell_faces();           ///< vertices
+const KernelSource& cell_occupancy();       ///< vertices
+const KernelSource& cell_occupancy_sums();  ///< integer sums
+const KernelSource& cell_boolean();         ///< vertices; cells may have programs
+const KernelSource& cell_boolean_sums();    ///< integer sums; cells may have programs
+const KernelSource& copy();                 ///< an array: what a device's memory gives
+
+/// Whether this CPU runs the native kernels built for x86-64-v3 (AVX2, BMI, FMA).
+bool runs_x86_64_v3();
+
+}  // namespace boxunion::kernels

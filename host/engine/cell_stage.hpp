@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/cells/cells.hpp"
+#include "core/solid/mass.hpp"
+#include "core/solid/vertex.hpp"
+#include "host/device/device.hpp"
+#include "host/engine/engine.hpp"
+
+namespace boxunion {
+
+/// Where the cells of a run end: as vertices, or on a lattice as sums of them.
+struct CellSink {
+  VertexSink* vertices = nullptr;
+  MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`; not with CellKernel::faces
+  bool programs = false;     ///< cells may have programs; not with CellKernel::faces
+};
+
+/// Numbers that the kernels of sums give for a run of cells, in the order that kernels/cell_occupancy.k
+/// writes.
+std::size_t sums_a_run(const CellSink& sink);
+
+/// Tells the sink how far a result reaches whose packed coordinates count from the ordinals `origin`.
+void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin);
+
+/// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
+class NativeCells {
+ public:
+  /// Where `interrupted` becomes true, run() throws Error(interrupted) before the next run of cells.
+  NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted);
+  void run(const CellBatch& batch);
+
+ private:
+  void compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const;
+
+  const CellSink& sink_;
+  const KernelSource& source_;
+  const std::atomic<bool>* interrupted_;
+  std::vector<std::uint64_t> sums_;
+  std::vector<Vertex> vertices_;
+};
+
+/// Cells computed on a device. begin() hands over a batch and returns; finish() waits and fills the sink.
+class CellStage {
+ public:
+  CellStage(Device& device, const Options& options, const CellSink& sink);
+
+  /// Most boxes, items and cells of a batch that the device's buffers hold, if programs have no more than
+  /// `steps`.
+  std::size_t capacity(std::size_t steps) const;
+  void begin(const CellBatch& batch);
+  void finish(const CellBatch& batch);
+  /// Batches so far whose loops were too long for the device, and which therefore ran natively.
+  std::size_t native_batches() const { return native_batches_; }
+
+ private:
+  void dispatch(std::uint32_t first_run, std::uint32_t end_run);
+  bool take_vertices(std::uint32_t first_run, std::uint32_t end_run, std::vector<Vertex>& vertices);
+
+  Device& device_;
+  const CellSink& sink_;
+  bool fallback_;
+  std::unique_ptr<Kernel> kernel_;
+  NativeCells native_;  // for batches whose loops are too long for the device
+  std::size_t native_batches_ = 0;
+  std::unique_ptr<Buffer> box_, item_, cell_, run_, out_, total_, program_, step_, weights_;
+};
+
+}  // namespace boxunion

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/slices/slices.hpp"
+#include "core/slices/xor_merge.hpp"
+#include "host/device/device.hpp"
+#include "host/engine/engine.hpp"
+
+namespace boxunion {
+
+/// Runs the kernel `contour` on a device: tiles in, their contour vertices out.
+class ContourStage {
+ public:
+  ContourStage(Device& device, const Tuning& tuning);
+
+  /// Replaces `vertices` by the contour vertices of all tiles: tile i has [offsets[i], offsets[i + 1]), in no
+  /// particular order. As many dispatches as the device's limits ask for.
+  void run(const Tiles& tiles, std::vector<ContourVertex>& vertices, std::vector<std::size_t>& offsets);
+
+ private:
+  void run_range(const Tiles& tiles, std::size_t first, std::size_t last,
+                 std::vector<ContourVertex>& vertices, std::vector<std::size_t>& offsets);
+
+  Device& device_;
+  std::unique_ptr<Kernel> kernel_;
+  std::unique_ptr<Buffer> tile_, rectangle_, found_, vertex_, total_;
+};
+
+}  // namespace boxunion

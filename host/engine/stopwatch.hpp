@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <string_view>
+
+#include "core/base/error.hpp"
+#include "host/engine/engine.hpp"
+
+namespace boxunion {
+
+/// Adds up the seconds of a run's stages in its report.
+class Stopwatch {
+ public:
+  explicit Stopwatch(Report& report) : report_(report) {}
+
+  /// Books the time since the last lap (or the start) under `stage`.
+  void lap(std::string_view stage) {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    for (auto& [name, sum] : report_.seconds)
+      if (name == stage) {
+        sum += seconds;
+        return;
+      }
+    report_.seconds.emplace_back(stage, seconds);
+  }
+  /// Adds the time since the start to the report's "total", which comes last.
+  void total() {
+    constexpr std::string_view kTotal = "total";
+    last_ = start_;
+    lap(kTotal);
+    auto& all = report_.seconds;
+    const auto total = std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.first == kTotal; });
+    std::rotate(total, total + 1, all.end());
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Report& report_;
+  Clock::time_point start_ = Clock::now(), last_ = start_;
+};
+
+/// Stages of work on one thread that may be interrupted between them.
+class Stages {
+ public:
+  Stages(Report& report, const std::atomic<bool>* interrupted) : watch_(report), interrupted_(interrupted) {}
+
+  /// Books the time of a stage. Throws Error(interrupted) if that was asked for.
+  void finish(std::string_view stage) {
+    watch_.lap(stage);
+    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+  }
+  /// Adds the time of all stages to the total.
+  void end() { watch_.total(); }
+
+ private:
+  Stopwatch watch_;
+  const std::atomic<bool>* interrupted_;
+};
+
+}  // namespace boxunion

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/boxes/box.hpp"
+#include "host/files/budget.hpp"
+#include "host/files/volume.hpp"
+
+namespace boxunion {
+
+/// Boxes in a file, read piece by piece, in any order and as often as wanted, so that they need not be in
+/// memory.
+class BoxFile {
+ public:
+  virtual ~BoxFile() = default;
+  virtual std::uint64_t size() const = 0;
+  /// Boxes begin .. end - 1, valid or not. Thread-safe. Throws Error(input) where they cannot be read.
+  virtual BoxSet read(std::uint64_t begin, std::uint64_t end) const = 0;
+  /// What messages call box `row`, counted from 0: "boxes.npy: row 1".
+  virtual std::string name_of(std::uint64_t row) const = 0;
+};
+
+/// Opens boxes for reading in pieces: .npy as it is; .csv, standard input ("-") and volumes, which must be
+/// read from their start, are copied to a nameless file on disk, at 48 bytes a box, or 24 where a volume's
+/// are integers. Throws as read_boxes (files.hpp) does, and Error(resources) where slices of a volume, or the
+/// models of a scene (.vox), may not fit the budget.
+std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
+                                    const std::atomic<bool>* interrupted = nullptr,
+                                    const VolumeOptions& volume = {});
+
+}  // namespace boxunion

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "core/boxes/box.hpp"
+
+// Families of boxes that are ordinary to look at and hard on some part of the work: many tiles, deep overlap,
+// long and thin boxes, many equal or many distinct coordinates. Tests, the soak and bench/families share
+// them.
+
+namespace boxunion {
+
+/// A rule that makes boxes of any number. The boxes are the same on every machine.
+struct Family {
+  const char* name;
+  const char* what;  ///< one line about the boxes
+  /// About `size` boxes; of a family whose union has far more vertices than boxes, boxes of about `size`
+  /// vertices.
+  BoxSet (*make)(std::size_t size);
+};
+
+std::span<const Family> families();
+
+/// The order of rows; no result depends on it.
+enum class RowOrder { given, reversed, shuffled };
+inline constexpr RowOrder kRowOrders[] = {RowOrder::given, RowOrder::reversed, RowOrder::shuffled};
+const char* name(RowOrder order);
+
+/// The boxes in another order.
+BoxSet reorder(const BoxSet& boxes, RowOrder order);
+
+}  // namespace boxunion
