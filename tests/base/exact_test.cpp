@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "reference.hpp"
+#include "tests/support/reference.hpp"
 
 namespace boxunion {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "core/boxes/rectangle.hpp"
-#include "generators.hpp"
+#include "tests/support/generators.hpp"
 
 namespace boxunion {
 namespace {

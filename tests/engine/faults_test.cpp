@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "boxes_in_memory.hpp"
 #include "core/boundary/triangulation.hpp"
 #include "core/boxes/generate.hpp"
 #include "core/models/adjacency.hpp"
@@ -26,7 +25,8 @@
 #include "host/external/external_boundary.hpp"
 #include "host/external/external_decomposition.hpp"
 #include "host/files/files.hpp"
-#include "temporary.hpp"
+#include "tests/support/boxes_in_memory.hpp"
+#include "tests/support/temporary.hpp"
 
 namespace boxunion {
 namespace {

@@ -12,8 +12,8 @@
 #include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/solid/octants.hpp"
-#include "generators.hpp"
-#include "reference.hpp"
+#include "tests/support/generators.hpp"
+#include "tests/support/reference.hpp"
 
 namespace boxunion {
 namespace {

@@ -1,4 +1,4 @@
-#include "reference.hpp"
+#include "tests/support/reference.hpp"
 
 #include <algorithm>
 #include <array>
