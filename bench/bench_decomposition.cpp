@@ -1,6 +1,6 @@
 // Tables 1 and 2 of Cruz-Matías and Ayala, CUDB, on generated volumes of the sizes of theirs: bytes of the
 // models, seconds of the conversions and of labelling, each as XYZ, with their figures beside. Conversions to
-// boxes include the neighbour lists, as theirs do. Every result is checked before it is timed. Prints
+// boxes include the neighbor lists, as theirs do. Every result is checked before it is timed. Prints
 // Markdown; times are medians.
 
 #include <map>

@@ -18,7 +18,7 @@ def name(room):
 
 
 def allowed(room):
-    """The rooms that a README names; a name without a folder is a neighbour."""
+    """The rooms that a README names; a name without a folder is a neighbor."""
     text = " ".join((room / "README.md").read_text().split())
     found = re.search(r"May use: (.*)\.$", text)
     if not found:

@@ -46,7 +46,7 @@ using Edge = std::array<std::uint32_t, 2>;
 struct Brep {
   NonManifold contacts = NonManifold::keep;
   Array<Point> points;
-  Array<Edge> edges;  ///< maximal segments between neighbouring points, by axis
+  Array<Edge> edges;  ///< maximal segments between neighboring points, by axis
   Faces faces;
   Shells shells;
 };

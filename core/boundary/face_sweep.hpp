@@ -108,7 +108,7 @@ class FaceSweep {
   static constexpr std::size_t kSmall = 64;
 
   /// A range of SweepVertex in order of row and column, where every boundary edge of the faces runs between
-  /// neighbours on a row or column. Columns are less than `columns`, or anything if there are at most kSmall
+  /// neighbors on a row or column. Columns are less than `columns`, or anything if there are at most kSmall
   /// vertices.
   template <class Vertices, class Visitor>
   void run(const Vertices& vertices, std::uint32_t columns, Visitor&& visitor) {

@@ -43,7 +43,7 @@ struct PlaneOrder {
   }
 };
 
-/// The planes of all three axes. Rows are the lines on which edges lie, so neighbours on a row are an edge's
+/// The planes of all three axes. Rows are the lines on which edges lie, so neighbors on a row are an edge's
 /// ends.
 using Planes = std::array<PlaneOrder, 3>;
 

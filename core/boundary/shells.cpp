@@ -184,7 +184,7 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
               [&](std::uint32_t a, std::uint32_t b) { sets.join(a, b); });
 
   // At a shell's lowest vertex its edges lead upwards only, so either the octant above is filled, or it is
-  // empty and its three neighbours are filled: the shell encloses its body, or a cavity.
+  // empty and its three neighbors are filled: the shell encloses its body, or a cavity.
   Shells shells;
   Array<std::uint32_t> shell_of(fans.count());  // of the lowest fan of each shell
   std::vector<std::uint32_t> cavity_vertices, cavity_shells;

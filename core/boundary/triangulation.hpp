@@ -19,7 +19,7 @@ struct Triangulation {
 };
 
 /// Cuts every face into triangles between its own points: n + 2 * holes - 2 for n points on its loops. Every
-/// point is used, so neighbouring faces fit without a T-junction, and no triangle has zero area. Exact; O(n
+/// point is used, so neighboring faces fit without a T-junction, and no triangle has zero area. Exact; O(n
 /// log n) for a face, parallel over faces. Throws Error(resources) beyond 2^32 - 1 triangles.
 Triangulation triangulate(std::span<const Point> points, const Faces& faces);
 

@@ -23,7 +23,7 @@ struct Cell {
   std::uint32_t first = 0, count = 0;  ///< in CellBatch::items
 };
 
-/// Neighbouring cells of one tile, the work unit of a kernel. The ordinal of packed coordinate c is origin +
+/// Neighboring cells of one tile, the work unit of a kernel. The ordinal of packed coordinate c is origin +
 /// c.
 struct CellRun {
   std::uint32_t first = 0, count = 0;

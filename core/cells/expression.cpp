@@ -77,7 +77,7 @@ std::vector<Token> tokens_of(std::string_view text) {
     } else if (!is_name_character(text[at])) {
       fail(at, fmt::format("unexpected '{}'", token.text));
     } else if (std::isdigit(static_cast<unsigned char>(text[at]))) {
-      fail(at, fmt::format("'{}' is no name: a name begins with a letter or _", token.text));
+      fail(at, fmt::format("'{}' is not a name: a name begins with a letter or _", token.text));
     }
     tokens.push_back(token);
     at = end;
@@ -195,7 +195,7 @@ class Parser {
       const std::uint32_t depth = nodes_[a].depth == nodes_[b].depth ? most + 1 : most;
       if (depth > Expression::kMostDepth)
         fail(token.position,
-             fmt::format("more than {} results wait for each other here", Expression::kMostDepth));
+             fmt::format("this needs more than {} intermediate results", Expression::kMostDepth));
       push({{token.operation, 0}, depth, a, b});
     }
   }

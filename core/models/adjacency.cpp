@@ -18,7 +18,7 @@ struct Pair {
 template <class F>
 NeighborLists make_lists(std::size_t boxes, std::size_t entries, F&& for_each_entry) {
   NeighborLists lists;
-  with_memory("the neighbours of all boxes", 4 * entries + 8 * boxes, [&] {
+  with_memory("the neighbors of all boxes", 4 * entries + 8 * boxes, [&] {
     lists.boxes.resize(entries);
     lists.offsets.assign(boxes + 2, 0);
   });

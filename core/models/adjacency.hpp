@@ -23,13 +23,13 @@ struct NeighborLists {
   }
 };
 
-/// The neighbours of the boxes of a decomposition (Cruz-Matías and Ayala, section 3): across their ends on A
-/// and on B. None of its boxes touch along C alone. Two boxes are neighbours on one axis at most: those that
+/// The neighbors of the boxes of a decomposition (Cruz-Matías and Ayala, section 3): across their ends on A
+/// and on B. None of its boxes touch along C alone. Two boxes are neighbors on one axis at most: those that
 /// meet at an edge or a corner, at the end of both A and B, are so on A.
 struct Adjacency {
   std::array<NeighborLists, 2> backward, forward;  ///< on A and on B
 
-  /// Pairs of neighbours.
+  /// Pairs of neighbors.
   std::uint64_t pairs() const { return forward[0].boxes.size() + forward[1].boxes.size(); }
   /// The memory of the lists, and of those of so many boxes and pairs.
   std::uint64_t bytes() const {
@@ -40,7 +40,7 @@ struct Adjacency {
   }
 };
 
-/// Finds all neighbours in about n log n time for n boxes and pairs. Parallel. Throws Error(resources) if
+/// Finds all neighbors in about n log n time for n boxes and pairs. Parallel. Throws Error(resources) if
 /// memory does not suffice.
 Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connectivity);
 

@@ -28,7 +28,7 @@ void for_each_plane(std::span<const OrderedPoint<3, C>> vertices, F&& f) {
   }
 }
 
-/// OUDB: a box for every interval between neighbouring lines of vertices of every section.
+/// OUDB: a box for every interval between neighboring lines of vertices of every section.
 template <class C>
 class OudbSweep {
  public:

@@ -67,7 +67,7 @@ Labels number_sets(DisjointSets& sets, std::uint32_t boxes) {
 Labels label_components(const Adjacency& adjacency) {
   const std::size_t offsets = adjacency.backward[0].offsets.size();
   if (offsets != adjacency.backward[1].offsets.size())
-    throw Error(ErrorKind::usage, "the neighbours on the two axes are those of different numbers of boxes");
+    throw Error(ErrorKind::usage, "the neighbor lists of the two axes are for different numbers of boxes");
   if (offsets == 0) return {};
   const auto boxes = std::uint32_t(offsets - 1);
   DisjointSets sets(boxes, "joining boxes");

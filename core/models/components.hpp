@@ -18,10 +18,10 @@ struct Labels {
   std::uint32_t count = 0;
 };
 
-/// Labels boxes by union-find over their neighbour lists (instead of the two passes with a map of
+/// Labels boxes by union-find over their neighbor lists (instead of the two passes with a map of
 /// equivalences of Cruz-Matías and Ayala, section 3.5). Parallel; the same labels on any number of threads.
 Labels label_components(const Adjacency& adjacency);
-/// The same without the lists, of which n boxes may have n^2: over as many pairs of neighbours as connect
+/// The same without the lists, of which n boxes may have n^2: over as many pairs of neighbors as connect
 /// them all, in about n log n time. Throws Error(resources) if memory does not suffice.
 Labels label_components(const Decomposition& decomposition, Connectivity connectivity);
 

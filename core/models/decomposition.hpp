@@ -14,7 +14,7 @@ namespace boxunion {
 enum class BoxModel {
   oudb,  ///< Ordered Union of Disjoint Boxes: cut at every plane of vertices, each slice at every line of its
          ///< own
-  cudb   ///< Compact Union of Disjoint Boxes: of those, equal neighbours along B merged, then along A
+  cudb   ///< Compact Union of Disjoint Boxes: of those, equal neighbors along B merged, then along A
 };
 
 /// Boxes that are disjoint and whose union is a solid.

@@ -100,7 +100,7 @@ class FaceJoin {
 /// Faces that the sweep has reached, sorted by q. Those that it has left stay until they are in the way or
 /// have become too many.
 ///
-/// Where not all pairs are wanted, neighbours that are known to be connected make up a run, of which one is
+/// Where not all pairs are wanted, neighbors that are known to be connected make up a run, of which one is
 /// as good as all. A run that a face reaches joins the run before it, so runs are passed once.
 template <class Face, FacePairs kPairs>
 class FaceJoin<Face, kPairs>::Line {

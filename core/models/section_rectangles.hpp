@@ -17,7 +17,7 @@ namespace boxunion {
 
 /// The section of a sweep along A, cut into rectangles along C: from every vertex of the section a cut runs
 /// along C through the inside. (Of each line between lines of vertices these are its intervals, equal
-/// neighbours along B merged: what CUDB does to a slice.)
+/// neighbors along B merged: what CUDB does to a slice.)
 ///
 /// A plane of vertices changes only rectangles that touch the region that it flips; these are taken apart and
 /// made anew. Each of them changes or has a vertex of the solid, so they are no more than what goes in and

@@ -32,8 +32,8 @@ class ContourColumns {
 /// A vertex has a corner of the same number. Where two corners touch, that is the lower one, and the upper
 /// one is numbered from the number of vertices on, in the order of the vertices again.
 ///
-/// The ends of a horizontal edge are neighbours in the order of the vertices. Those of a vertical one are
-/// neighbours in a column, so it takes the last vertex of each column to find them. Bands of rows are linked
+/// The ends of a horizontal edge are neighbors in the order of the vertices. Those of a vertical one are
+/// neighbors in a column, so it takes the last vertex of each column to find them. Bands of rows are linked
 /// in parallel, and joined in the columns.
 class ContourLinks {
  public:

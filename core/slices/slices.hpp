@@ -12,7 +12,7 @@ namespace boxunion {
 /// A rectangle of a slab, and a tile of its plane: x_lo, y_lo, x_hi, y_hi.
 using SlabRectangle = std::array<std::uint32_t, 4>;
 
-/// A run of neighbouring slabs with the rectangles of each.
+/// A run of neighboring slabs with the rectangles of each.
 struct SlabBatch {
   std::uint32_t first = 0;           ///< first slab
   std::vector<std::size_t> offsets;  ///< slab first + i has rectangles [offsets[i], offsets[i + 1])

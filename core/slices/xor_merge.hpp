@@ -11,7 +11,7 @@
 namespace boxunion {
 
 /// A vertex of a slab's contour. Bit x + 2y of `quadrants` says whether the quadrant (x, y in {0, 1}; 1 is
-/// the positive side) of its neighbourhood is inside; the mask is constant along neither axis.
+/// the positive side) of its neighborhood is inside; the mask is constant along neither axis.
 struct ContourVertex {
   std::uint32_t x = 0, y = 0;
   std::uint32_t quadrants = 0;
@@ -22,7 +22,7 @@ struct ContourVertex {
   }
 };
 
-/// The vertices of the solid in the plane between two neighbouring slabs (López Monterde et al., section 6).
+/// The vertices of the solid in the plane between two neighboring slabs (López Monterde et al., section 6).
 ///
 /// The published merge compares 2-D vertices by position and face degrees and loses configurations; here the
 /// octant mask of a point is simply the quadrants of the lower contour and those of the upper one. Candidates

@@ -9,7 +9,7 @@ namespace boxunion {
 
 /// How the faces around a vertex hang together, for one octant mask.
 ///
-/// A facet (octant, axis) is the quarter plane between a filled octant and its empty neighbour along the
+/// A facet (octant, axis) is the quarter plane between a filled octant and its empty neighbor along the
 /// axis; the face it lies in looks away from the filled one. Two facets that meet at an edge belong together
 /// if the same filled sector lies between them (so at a non-manifold edge, with two filled sectors, there are
 /// two pairs). Facets that hang together that way form a ring, a *fan*: a vertex of a manifold has one, a

@@ -9,7 +9,7 @@ namespace boxunion {
 /// Everything that the octant mask of a point decides.
 ///
 /// Bit k of the mask says whether octant k = x + 2y + 4z (x, y, z in {0, 1}; 1 is the positive side) of the
-/// point's neighbourhood lies in the union. The integral properties of the union are sums over its vertices
+/// point's neighborhood lies in the union. The integral properties of the union are sums over its vertices
 /// (Franklin, UNION3, section 4; generalised here to every mask):
 ///   volume      = sum of volume * x*y*z
 ///   area        = sum of area[0] * y*z + area[1] * x*z + area[2] * x*y   (area[a]: faces normal to axis a)

@@ -20,7 +20,7 @@ struct Rectangle {
   std::uint32_t x0, x1, y0, y1;
 };
 
-/// One step of a sweep that merges equal neighbours. `open` has the indices of what the last row or slice
+/// One step of a sweep that merges equal neighbors. `open` has the indices of what the last row or slice
 /// ended with, `items` what the next one has, both in the order that compare(index, item) tells. Where that
 /// is equal and extend(index, item) agrees, the item continues what is open; else begin(item) makes a new one
 /// and returns its index. end(index) takes what no item continues.

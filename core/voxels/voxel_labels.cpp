@@ -28,9 +28,9 @@ void join_rows(const VoxelRuns& runs, std::size_t row, std::size_t other_row, st
   }
 }
 
-/// Joins the runs of a row with those of its neighbours among the rows before it.
-void join_neighbours(const VoxelRuns& runs, std::size_t row, std::size_t height, Connectivity connectivity,
-                     DisjointSets& sets) {
+/// Joins the runs of a row with those of its neighbors among the rows before it.
+void join_neighbors(const VoxelRuns& runs, std::size_t row, std::size_t height, Connectivity connectivity,
+                    DisjointSets& sets) {
   const std::size_t y = row % height;
   const bool is_first_slice = row < height;
   const std::uint32_t reach = connectivity == Connectivity::points ? 1 : 0;
@@ -77,7 +77,7 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity conn
 
   DisjointSets sets(std::uint32_t(runs.size()), "joining voxels");
   parallel_ranges(0, rows, grain, [&, height = height](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) join_neighbours(runs, row, height, connectivity, sets);
+    for (std::size_t row = begin; row < end; ++row) join_neighbors(runs, row, height, connectivity, sets);
   });
 
   // Parents are lower than their children, so those of the runs before are labels already.

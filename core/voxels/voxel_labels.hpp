@@ -23,7 +23,7 @@ struct VoxelComponent {
 /// the volume, the number of its component, from 1 on in the order of their first voxels, and 0 to those
 /// outside. Returns the components in that order.
 ///
-/// Works on runs along the first axis: two passes with a union-find over runs of neighbouring rows that
+/// Works on runs along the first axis: two passes with a union-find over runs of neighboring rows that
 /// overlap. Besides the volumes it needs 12 bytes a run. Parallel; the result does not depend on the threads.
 /// Throws Error(resources) if there are 2^32 - 1 runs or more, Error(usage) for an invalid volume and where
 /// `labels` has another size.

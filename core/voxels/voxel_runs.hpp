@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// Voxels begin .. end - 1 of a row: inside, and its neighbours on the row are outside.
+/// Voxels begin .. end - 1 of a row: inside, and its neighbors on the row are outside.
 struct Run {
   std::uint32_t begin, end;
 };

@@ -286,8 +286,9 @@ void boundary_within(const std::string& input, const std::string& output,
   if (has_faces) {
     for (const Result& result : boundary_results(found.counts)) results.push_back(result);
     if (!found.counts.shells)
-      warn(fmt::format("shells are not counted: that takes {} MiB, more than half of what --memory leaves",
-                       (found.counts.shells_bytes >> 20) + 1));
+      warn(
+          fmt::format("shells are not counted: counting takes {} MiB, more than half of what --memory leaves",
+                      (found.counts.shells_bytes >> 20) + 1));
   }
   if (!found.exact) warn_of_rounding(output);
   results.push_back(string_result("output", output));

@@ -51,7 +51,7 @@ enum class Model { evm, oudb, cudb };
 struct DecomposeOptions {
   Model model = Model::cudb;
   std::optional<AxisOrder> order = kAxisOrders[0];  ///< nothing: the one with the fewest elements
-  std::optional<Connectivity> connectivity;         ///< of neighbour lists, if they are to be found
+  std::optional<Connectivity> connectivity;         ///< of neighbor lists, if they are to be found
 };
 
 /// Makes a model of the union of the boxes in `input` and writes it to `output`, if that is not empty.

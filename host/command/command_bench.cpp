@@ -115,7 +115,7 @@ void bench(const BenchOptions& bench_options, const Common& common) {
   if (bench_options.tune) {
     tuning_file = bench_options.tune->empty() ? tuning_path() : *bench_options.tune;
     if (tuning_file.empty())
-      throw Error(ErrorKind::usage, "--tune: no place for the tuning file: name a file");
+      throw Error(ErrorKind::usage, "--tune: the tuning file has no default path here: name a file");
   }
   OutputGroup outputs;
   std::optional<OutputFile> json, tuning;

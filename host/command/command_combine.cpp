@@ -49,10 +49,10 @@ std::vector<NamedFile> find_files(const Expression& expression, const std::vecto
     files.push_back(*found);
   }
   if (std::ranges::count(files, "-", &NamedFile::path) > 1)
-    throw Error(ErrorKind::usage, "standard input can be one set only");
+    throw Error(ErrorKind::usage, "standard input can be only one of the sets");
   for (const NamedFile& file : given)
     if (std::ranges::find(expression.names(), file.name) == expression.names().end())
-      warn(fmt::format("{} is given but not in the expression", file.name));
+      warn(fmt::format("{} is given, but the expression does not name it", file.name));
   return files;
 }
 

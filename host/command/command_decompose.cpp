@@ -50,7 +50,7 @@ Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::op
   }
 }
 
-/// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the
+/// Order, number of elements and their bytes in memory; where boxes have neighbors, these pairs and the
 /// bytes of their lists too.
 void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
                std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {

@@ -91,7 +91,7 @@ BoxSet HeldBoxes::read(const std::string& path) {
   bytes_ += file->size() * box_bytes;
   if (kUncounted + bytes_ > common_.budget->bytes)
     throw Error(ErrorKind::resources,
-                fmt::format("{}: the boxes take at least {} MiB of memory, more than --memory gives", path,
+                fmt::format("{}: the boxes take at least {} MiB of memory, more than --memory allows", path,
                             ((kUncounted + bytes_) >> 20) + 1));
   BoxSet boxes = file->read(0, file->size());
   const std::size_t invalid = find_invalid(boxes);

@@ -49,35 +49,36 @@ Examples:
   boxunion label scan.nrrd --connectivity 26 -o labels.npy --components components.csv
   boxunion bench --quick
 
-Boxes come as .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or as .npy (an array of shape
-(n, 6) of float64, float32, int32 or int64). Volumes of voxels come as .npy (an array of shape (z, y, x)), .nrrd,
-.nhdr, .mha, .mhd, .tif, .tiff or .vox; each voxel inside is a box.
-Whole numbers may have an exponent (1e6), sizes a unit (512M, 1.5G, 2GiB).
+Boxes are read from .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or .npy (an array of
+shape (n, 6) of float64, float32, int32 or int64). Volumes of voxels are read from .npy (an array of shape
+(z, y, x)), .nrrd, .nhdr, .mha, .mhd, .tif, .tiff or .vox. Each voxel inside is a box.
+Whole numbers may have an exponent (1e6). Sizes may have a unit (512M, 1.5G, 2GiB).
 
-Exit status: 0 done, 2 wrong usage, 3 bad input, 4 no such device or it failed, 5 out of memory, disk or limits,
+Exit status: 0 done, 2 wrong usage, 3 bad input, 4 device missing or failed, 5 out of memory, disk or limits,
 130 interrupted.)";
 
 constexpr const char* kExpressions = R"(
-Operations, from those that bind tightest; equal ones go from left to right:
+Operations, tightest first. Operations of equal rank go from left to right:
   A and B   A & B   in both
   A not B   A - B   in A but not in B; also "A minus B", "A and not B"
-  A xor B   A ^ B   in one of them
-  A or B    A | B   in any of them
-Names have letters, digits and _. Each set stands for the union of its boxes; what has no thickness is left out.
-The method slices and the kernel faces find unions only.
+  A xor B   A ^ B   in exactly one of them
+  A or B    A | B   in at least one of them
+Names consist of letters, digits and _. Each set stands for the union of its boxes. Parts of the result without
+thickness are left out. The method slices and the kernel faces find unions only.
 
 Examples:
   boxunion combine "A not B" A=block.csv B=holes.npy --json
   boxunion combine "metal and (via1 or via2) not cut" metal=m.npy via1=a.npy via2=b.npy cut=c.csv -o out.stl)";
 
 constexpr const char* kBench = R"(
-Every case is checked against the native device and then timed. Device time is the kernel's own, as the device
-measures it; natively, CPU time. Wall time is from batch in host memory to result in host memory. The first run
-includes what compiling the kernel takes, unless the driver or this process has done it before. Spreads are half
-the distance of the quartiles. Rates are of device time; of copy: of the bandwidth of a copy on that device.
+Every case is checked against the native device and then timed. Device time is the time of the kernel as the
+device measures it, or CPU time on the native device. Wall time is from the batch in host memory to the result in
+host memory. The first run includes the time to compile the kernel, unless the driver or this process has compiled
+it before. Spreads are half the distance between the quartiles. Rates are per second of device time. "of copy" is
+the fraction of the bandwidth of a copy on that device.
 
-BOXUNION_TUNING names the tuning file in use (empty: none); without it, $XDG_CONFIG_HOME/boxunion/tuning.json or
-~/.config/boxunion/tuning.json is read.
+BOXUNION_TUNING names the tuning file in use; if it is empty, none is used. If it is not set,
+$XDG_CONFIG_HOME/boxunion/tuning.json or ~/.config/boxunion/tuning.json is read.
 
 Examples:
   boxunion bench --quick
@@ -104,13 +105,13 @@ void stop(int signal) {
   interrupted = true;
 }
 
-/// Takes the signals that ask to stop, but for those that whoever started this process ignores, as nohup
+/// Handles the signals that ask to stop, except those that were ignored when this process started, as nohup
 /// does.
 void handle_signals() {
   struct sigaction action = {}, inherited;
   action.sa_sigaction = [](int signal, siginfo_t* info, void*) {
-    // A write of ours to a closed pipe, or past the limit of a file's size, fails and says more than the
-    // signal.
+    // Our own write to a closed pipe, or beyond the size limit of files, also fails with an error that says
+    // more than the signal.
     const bool is_by_write = (signal == SIGPIPE || signal == SIGXFSZ) && info->si_pid == ::getpid();
     if (!is_by_write) stop(signal);
   };
@@ -123,16 +124,16 @@ void handle_signals() {
       sigaction(signal, &action, nullptr);
 }
 
-/// Opens standard streams that are closed, so that no file gets their numbers; what is read from or written
-/// to them still fails.
+/// Opens standard streams that are closed, so that no file gets their numbers. Reads from them and writes to
+/// them still fail.
 void open_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    if (::fcntl(stream, F_GETFD) < 0)  // the lowest number that is free is this one
+    if (::fcntl(stream, F_GETFD) < 0)  // this is the lowest free number
       if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) != stream)
         std::_Exit(int(ErrorKind::resources));
 }
 
-/// Says what went wrong, on one line, and returns the exit status.
+/// Prints an error on one line and returns the exit status.
 int fail(int status, const std::string& message) {
   std::fprintf(stderr, "boxunion: error: %s\n", command::printable(message).c_str());
   return status;
@@ -141,7 +142,7 @@ int fail(ErrorKind kind, const std::string& message) {
   return fail(int(kind), message);
 }
 
-/// The command line: what each subcommand takes, and what it then calls.
+/// The command line: the options of each subcommand, and the function that it calls.
 class CommandLine {
  public:
   CommandLine() : app_("The exact union of any number of axis-aligned boxes, on any device.", "boxunion") {
@@ -156,7 +157,7 @@ class CommandLine {
     add_generate();
     add_devices();
     add_bench();
-    app_.footer(kExamples);  // last: subcommands inherit what is there before them
+    app_.footer(kExamples);  // last, because subcommands inherit an earlier footer
   }
 
   int run(int argc, const char* const* argv) {
@@ -173,7 +174,7 @@ class CommandLine {
       return fail_for_memory();
     } catch (const std::exception& error) {
       if (std::string_view(error.what())
-              .starts_with("pthread_create"))  // oneTBB says so where threads are refused
+              .starts_with("pthread_create"))  // from oneTBB, if the system refuses threads
         return fail(ErrorKind::resources, error.what());
       return fail(1, fmt::format("internal error: {}", error.what()));
     }
@@ -192,9 +193,9 @@ class CommandLine {
 
   int fail_for_memory() const {
     return fail(ErrorKind::resources,
-                memory_ == 0
-                    ? "out of memory"
-                    : fmt::format("out of memory: it takes more than the {} MiB of --memory", memory_ >> 20));
+                memory_ == 0 ? "out of memory"
+                             : fmt::format("out of memory: this needs more than the {} MiB of --memory",
+                                           memory_ >> 20));
   }
 
   void add_measure() {
@@ -202,8 +203,9 @@ class CommandLine {
         app_.add_subcommand("measure", "Mass properties: volume, area, edge length, centroid, ...");
     add_input(sub);
     add_engine_options(sub);
-    sub->add_flag("--statistics", common_.engine.statistics,
-                  "Print what the cells did, sums over the boxes, and the vertices by kind");
+    sub->add_flag(
+        "--statistics", common_.engine.statistics,
+        "Also print what the cells did, sums over the boxes, and the number of vertices of each kind");
     add_print_options(sub);
     add_memory(sub);
     sub->callback([this] { command::measure(input_, with_budget()); });
@@ -227,12 +229,12 @@ class CommandLine {
     add_choice(sub, "--model", decompose_.model,
                {{"evm", command::Model::evm}, {"oudb", command::Model::oudb}, {"cudb", command::Model::cudb}},
                "evm: extreme vertices; oudb: boxes cut at every plane and line of vertices; cudb (default): "
-               "of these, equal neighbours merged");
+               "oudb with equal neighbors merged");
     std::map<std::string, std::optional<AxisOrder>> orders = {{"best", std::nullopt}};
     for (const AxisOrder& order : kAxisOrders) orders[to_string(order)] = order;
-    add_choice(
-        sub, "--order", decompose_.order, orders,
-        "Axes in the order of cutting and sorting: xyz (default), ..., or best: that with the fewest boxes");
+    add_choice(sub, "--order", decompose_.order, orders,
+               "Axes in the order of cutting and sorting: xyz (default), ..., or best: the order with the "
+               "fewest boxes");
     add_connectivity(sub, decompose_.connectivity, "Find the neighbors of each box and count them");
     add_engine_options(sub);
     add_print_options(sub);
@@ -245,11 +247,10 @@ class CommandLine {
     add_input(sub);
     add_output(sub,
                "File to write: for boxes, disjoint boxes with labels as .csv or .npy; for a volume, a volume "
-               "of labels "
-               "as .npy, 0 outside")
+               "of labels as .npy, 0 outside")
         ->required(false);
-    sub->add_option("--components", label_.components, "Table of the components to write: .csv or .npy");
-    add_connectivity(sub, label_.connectivity, "What is connected (default: 6)");
+    sub->add_option("--components", label_.components, "File for a table of the components: .csv or .npy");
+    add_connectivity(sub, label_.connectivity, "What counts as connected (default: 6)");
     add_engine_options(sub);
     add_print_options(sub);
     add_memory(sub);
@@ -259,10 +260,9 @@ class CommandLine {
   void add_combine() {
     CLI::App* sub =
         app_.add_subcommand("combine", "Boolean expressions over sets of boxes: mass properties, boundary");
-    sub->add_option("EXPRESSION", expression_, "For example \"A and (B or C) not D\", see below")->required();
-    sub->add_option(
-           "NAME=FILE", sets_,
-           "Boxes or voxels of each set, as FILE of measure; the options for voxels are for all of them")
+    sub->add_option("EXPRESSION", expression_, "For example \"A and (B or C) not D\"; see below")->required();
+    sub->add_option("NAME=FILE", sets_,
+                    "Boxes or voxels of each set, as FILE of measure; options for voxels apply to all sets")
         ->required();
     add_volume_options(sub);
     add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
@@ -306,13 +306,13 @@ class CommandLine {
     add_generator(sponge, [this] { return generate_sponge(level_); });
 
     CLI::App* phantom =
-        sub->add_subcommand("phantom", "A volume: the bodies in a shell of the 3-D Shepp-Logan phantom");
+        sub->add_subcommand("phantom", "A volume: the 3-D Shepp-Logan phantom, bodies in a shell");
     add_volume_generator(phantom, [this] { return generate_phantom(volume_size()); });
 
     CLI::App* porous = sub->add_subcommand("porous",
                                            "A volume: a block of random pores (a stone: --size 159 271 179 "
                                            "--porosity 0.4 --feature 7; sparse grains: --porosity 0.98)");
-    porous->add_option("--porosity", porosity_.pores, "Fraction of the volume that is pores, 0 to 1")
+    porous->add_option("--porosity", porosity_.pores, "Fraction of the volume taken by pores, 0 to 1")
         ->capture_default_str()
         ->transform(finite_number());
     porous->add_option("--feature", porosity_.feature, "Width of pores and walls in voxels, 1 to 255")
@@ -326,15 +326,15 @@ class CommandLine {
     CLI::App* sub = app_.add_subcommand("devices", "The devices of this machine");
     sub->add_flag(
         "--check", check_devices_,
-        "Try every kernel on every device on small cases with known results: takes seconds; exit status 4 "
-        "if one is wrong");
+        "Try every kernel on every device on small cases with known results. Takes seconds. The exit status "
+        "is 4 if a result is wrong");
     add_print_options(sub);
     sub->callback([this] { check_devices_ ? command::check_devices(common_) : command::devices(common_); });
   }
 
   void add_bench() {
     CLI::App* sub = app_.add_subcommand(
-        "bench", "Benchmarks of the kernels on the devices of this machine, and the choice of launches");
+        "bench", "Benchmark the kernels on the devices of this machine, and choose the fastest launches");
     KernelBenchOptions& cases = bench_.cases;
     add_list(sub, "--device", cases.devices, "Devices (default: all); see boxunion devices");
     add_list(sub, "--kernel", cases.kernels, "Kernels (default: all)")
@@ -342,9 +342,10 @@ class CommandLine {
             CLI::IsMember(std::vector<std::string>(benchmark_kernels().begin(), benchmark_kernels().end())));
     add_choices(sub, "--density", cases.densities,
                 {{"sparse", Density::sparse}, {"middle", Density::middle}, {"dense", Density::dense}},
-                "How full the cells are: the cubes' volumes add up to 0.015, 0.5 or 3 times the space "
+                "How full the cells are: the volumes of the cubes add up to 0.015, 0.5 or 3 times the space "
                 "(default: all)");
-    add_list(sub, "--size", cases.sizes, "Cells, about (default: 4096, on GPUs 65536; --quick: 1024)")
+    add_list(sub, "--size", cases.sizes,
+             "Approximate number of cells (default: 4096, on GPUs 65536; with --quick 1024)")
         ->transform(whole_number(1, 1 << 20));
     add_choices(sub, "--shape", cases.shapes, {{"group", Shape::group}, {"item", Shape::item}},
                 "How a kernel shares its work (default: as in use)");
@@ -353,19 +354,16 @@ class CommandLine {
     sub->add_option("--repetitions", cases.repetitions, "Timed runs of a case")
         ->transform(whole_number(1, 100'000))
         ->capture_default_str();
-    sub->add_flag("--quick", bench_.quick,
-                  "Few cases, small ones and fewer runs, where not asked for otherwise");
+    sub->add_flag("--quick", bench_.quick, "Few small cases and few runs, unless other options ask for more");
     CLI::Option* json =
         sub->add_option("--json", bench_.json, "File for the results, in the schema of Google Benchmark");
     CLI::Option* tune = sub->add_option_function<std::string>(
                                "--tune", [this](const std::string& file) { bench_.tune = file; },
                                "Run every shape and workgroup that may be fast, and write the best ones to "
-                               "FILE (default: the "
-                               "tuning file in use), from which all commands take them")
+                               "FILE (default: the tuning file in use), from which all commands read them")
                             ->type_name("[FILE]")
                             ->expected(0, 1);
-    sub->add_option("--compare", bench_.compare,
-                    "Run nothing; show what changed between two files of results")
+    sub->add_option("--compare", bench_.compare, "Run nothing; show what changed between two result files")
         ->type_name("OLD NEW")
         ->expected(2)
         ->excludes(json)
@@ -375,14 +373,14 @@ class CommandLine {
     sub->callback([this] { command::bench(bench_, common_); });
   }
 
-  /// An option that may be given several times, or several values with commas.
+  /// An option that may be given several times, or with several values separated by commas.
   template <class T>
   static CLI::Option* add_list(CLI::App* sub, const std::string& name, std::vector<T>& values,
                                const std::string& help) {
     return sub->add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
   }
 
-  /// The same for words out of a few.
+  /// The same for an option whose values are words from a fixed set.
   template <class T>
   static void add_choices(CLI::App* sub, const std::string& name, std::vector<T>& values,
                           const std::map<std::string, T>& choices, const std::string& help) {
@@ -411,10 +409,11 @@ class CommandLine {
 
   void add_volume_options(CLI::App* sub, const std::string& model_name = "--model") {
     sub->add_option("--threshold", common_.volume.threshold,
-                    "Of voxels: those of at least this value are inside (default: those that are not 0)")
+                    "Voxels of at least this value are inside (default: all that are not 0)")
         ->transform(finite_number());
-    sub->add_option(model_name, common_.volume.model,
-                    "Of a .vox file: only this model, counted from 1 (default: all, as the scene has them)")
+    sub->add_option(
+           model_name, common_.volume.model,
+           "Read only this model of a .vox file, counted from 1 (default: all, as the scene places them)")
         ->transform(whole_number(1, std::numeric_limits<std::uint32_t>::max()));
   }
 
@@ -425,22 +424,23 @@ class CommandLine {
   void add_boundary_options(CLI::App* sub, CLI::Option* output) {
     sub->add_flag("--triangles", boundary_.triangles, "Write triangles where the format (.obj) has polygons")
         ->needs(output);
-    add_choice<std::optional<NonManifold>>(sub, "--nonmanifold", boundary_.nonmanifold,
-                                           {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
-                                           "Edges with four faces and vertices where corners touch: keep, or "
-                                           "split into copies, so that the mesh is a "
-                                           "manifold (default: split for .stl and .3mf, else keep)")
+    add_choice<std::optional<NonManifold>>(
+        sub, "--nonmanifold", boundary_.nonmanifold,
+        {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
+        "Edges with four faces and vertices where corners touch: keep them, or "
+        "split them into copies so that the mesh is a manifold (default: "
+        "split for .stl and .3mf, otherwise keep)")
         ->needs(output);
   }
 
   template <class T>
   static void add_connectivity(CLI::App* sub, T& value, const std::string& help) {
     add_choice<T>(sub, "--connectivity", value, {{"6", Connectivity::faces}, {"26", Connectivity::points}},
-                  help + ": 6 what shares a part of a face, 26 what shares any point");
+                  help + ": 6 for parts that share area, 26 for parts that share any point");
   }
 
   void add_threads(CLI::App* sub) {
-    sub->add_option("--threads", common_.engine.threads, "Threads of the host, 0 for one per core")
+    sub->add_option("--threads", common_.engine.threads, "Threads of the host; 0: one per core")
         ->transform(whole_number(0, 4096))
         ->capture_default_str();
   }
@@ -448,37 +448,38 @@ class CommandLine {
   void add_engine_options(CLI::App* sub) {
     add_choice(sub, "--method", common_.engine.method,
                {{"auto", Method::automatic}, {"cells", Method::cells}, {"slices", Method::slices}},
-               "How the union is computed: cells, slices, or what suits the boxes (auto, default)");
+               "How the union is computed: cells, slices, or auto (default), which suits the boxes");
     add_choice(sub, "--kernel", common_.engine.kernel,
                {{"occupancy", CellKernel::occupancy}, {"faces", CellKernel::faces}},
                "What computes a cell: occupancy (default) or faces");
     sub->add_option("--cell", common_.engine.tuning.cell,
-                    "Edge of a cell in ordinals, rounded up to a power of two; 0: by estimate")
+                    "Edge of a cell in ordinals, rounded up to a power of two; 0 (default): by estimate")
         ->transform(whole_number(0, 1 << 19));
     sub->add_option("--device", common_.engine.device,
                     "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
         ->capture_default_str();
     sub->add_flag(
         "--no-fallback{false}", common_.engine.fallback,
-        "End with exit status 4 where the device fails, instead of going on natively with a warning");
+        "End with exit status 4 if the device fails, instead of continuing natively with a warning");
     add_threads(sub);
-    add_choice<std::optional<Shape>>(sub, "--shape", common_.engine.tuning.shape,
-                                     {{"group", Shape::group}, {"item", Shape::item}},
-                                     "How a kernel shares its work: group or item (default: by device)");
-    sub->add_option("--workgroup", common_.engine.tuning.workgroup, "Work-items of a workgroup, 0: by device")
+    add_choice<std::optional<Shape>>(
+        sub, "--shape", common_.engine.tuning.shape, {{"group", Shape::group}, {"item", Shape::item}},
+        "How a kernel shares its work: group, a workgroup for each unit of work, or item, a work-item for "
+        "each (default: what suits the device)");
+    sub->add_option("--workgroup", common_.engine.tuning.workgroup,
+                    "Work-items of a workgroup; 0 (default): what suits the device")
         ->transform(whole_number(0, 1024));
   }
 
   void add_memory(CLI::App* sub) {
     CLI::Option* memory =
-        sub->add_option(
-               "--memory", memory_,
-               "Memory to do with, for example 2G or 512M: boxes that do not fit are cut into slabs on disk; "
-               "the result is the same. label and combine hold all boxes, or end with exit status 5")
+        sub->add_option("--memory", memory_,
+                        "Limit of memory, for example 2G or 512M. Boxes that do not fit are cut into slabs "
+                        "on disk; the "
+                        "result is the same. label and combine hold all boxes, or end with exit status 5")
             ->type_name("SIZE")
             ->transform(byte_count());
-    sub->add_option("--scratch", scratch_,
-                    "Folder for slabs and what is sorted on disk (default: $TMPDIR or /tmp)")
+    sub->add_option("--scratch", scratch_, "Folder for temporary files (default: $TMPDIR or /tmp)")
         ->needs(memory);
   }
 
@@ -490,7 +491,7 @@ class CommandLine {
     return common;
   }
 
-  /// An option that takes one of a few words.
+  /// An option whose value is a word from a fixed set.
   template <class T>
   static CLI::Option* add_choice(CLI::App* sub, const std::string& name, T& value,
                                  const std::map<std::string, T>& choices, const std::string& help) {
@@ -521,7 +522,7 @@ class CommandLine {
         ->transform(whole_number());
   }
 
-  /// A number of units or voxels; how many make sense is up to what takes it.
+  /// A number of units or voxels. The function that takes it checks the range.
   static CLI::Validator length() {
     return whole_number(0, std::numeric_limits<std::int32_t>::max()).description("");
   }
@@ -541,7 +542,7 @@ class CommandLine {
         ->expected(1, 3)
         ->transform(length());
     sub->add_flag("--volume", as_voxels_,
-                  "Write the voxels, a .npy of uint8 of shape (z, y, x), not their boxes");
+                  "Write the voxels (.npy of uint8, shape (z, y, x)) instead of their boxes");
     add_output(sub);
     add_threads(sub);
     add_print_options(sub);

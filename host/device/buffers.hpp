@@ -14,7 +14,7 @@ inline void reserve(Device& device, std::unique_ptr<Buffer>& buffer, std::size_t
   if (buffer && buffer->bytes() >= bytes) return;
   buffer.reset();
   const std::size_t limit = device.info().max_buffer_bytes;
-  if (bytes > limit) throw Error(ErrorKind::resources, "a batch passes the device's largest buffer");
+  if (bytes > limit) throw Error(ErrorKind::resources, "a batch exceeds the device's largest buffer");
   buffer = device.allocate(std::min(limit, std::max<std::size_t>(bytes + bytes / 4, 4096)));
 }
 

@@ -371,7 +371,7 @@ std::unique_ptr<Device> open_opencl(std::size_t index, ZeroCopy zero_copy) {
   std::vector<std::string> notes;
   const std::vector<cl_device_id> devices = find_devices(notes);
   if (index >= devices.size())
-    throw Error(ErrorKind::device, notes.empty() ? "OpenCL: a device is gone" : notes.back());
+    throw Error(ErrorKind::device, notes.empty() ? "OpenCL: the device has disappeared" : notes.back());
   return std::make_unique<OpenclDevice>(devices[index], index, zero_copy);
 }
 

@@ -219,7 +219,7 @@ bool CellStage::take_vertices(std::uint32_t first_run, std::uint32_t end_run, st
     return again(first_run, end_run);
   }
   if (end_run - first_run == 1)
-    throw Error(ErrorKind::device, "the vertices of one run of cells pass the device's largest buffer");
+    throw Error(ErrorKind::device, "the vertices of one run of cells exceed the device's largest buffer");
   const std::uint32_t middle = first_run + (end_run - first_run) / 2;
   return again(first_run, middle) && again(middle, end_run);
 }

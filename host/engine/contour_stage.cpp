@@ -87,7 +87,7 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
       run_range(tiles, first, middle, vertices, offsets);
       return run_range(tiles, middle, last, vertices, offsets);
     } else {
-      throw Error(ErrorKind::device, "the contour of one tile passes the device's largest buffer");
+      throw Error(ErrorKind::device, "the contour of one tile exceeds the device's largest buffer");
     }
   }
   device_.download(*found_, 0, count * 2 * sizeof(std::uint32_t));

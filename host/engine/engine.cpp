@@ -25,7 +25,7 @@ void check(const Job& job) {
   if (job.sets.size() != operands)
     throw Error(ErrorKind::usage, fmt::format("{} sets of boxes, expected {}", job.sets.size(), operands));
   if (job.options.statistics && operands != 1)
-    throw Error(ErrorKind::usage, "statistics are of one set of boxes");
+    throw Error(ErrorKind::usage, "statistics need exactly one set of boxes");
   if (job.options.method == Method::slices && !job.expression.is_union())
     throw Error(ErrorKind::usage, "the method slices finds unions only");
   for (const BoxSet& set : job.sets) validate(set);

@@ -17,7 +17,7 @@ inline void fall_back(const Error& error, const std::string& device, const Optio
   const bool device_failed = error.kind() == ErrorKind::device || error.kind() == ErrorKind::resources;
   if (!device_failed || device == "native") throw;
   if (!options.fallback) throw Error(ErrorKind::device, device + " failed: " + error.what());
-  if (options.warn) options.warn(device + " failed, going on natively: " + error.what());
+  if (options.warn) options.warn(device + " failed, continuing natively: " + error.what());
 }
 
 /// A stage of kernels on a device that may fail: then it goes on natively, with a warning and the same

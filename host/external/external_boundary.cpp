@@ -217,7 +217,7 @@ class BoundaryRun {
     });
   }
 
-  /// The midpoints along the rows of planes: neighbours there are the ends of an edge.
+  /// The midpoints along the rows of planes: neighbors there are the ends of an edge.
   void find_midpoints(int plane_axis) {
     const int axis = (plane_axis + 1) % 3;
     std::optional<Numbered> lower;

@@ -198,7 +198,7 @@ class Decomposer {
     return count;
   }
 
-  /// How many pairs of boxes are neighbours: see Adjacency.
+  /// How many pairs of boxes are neighbors: see Adjacency.
   std::uint64_t count_neighbors(Corners& points, const AxisOrder& order, Connectivity connectivity) {
     const auto make_runs = [&] {
       return std::make_unique<Faces>(solid_.bytes() / 8, 1, solid_.scratch_file());

@@ -404,8 +404,8 @@ class ExternalUnion::Run {
     if (!cuts || depth == kMostDepth)
       throw Error(
           ErrorKind::resources,
-          fmt::format("{} boxes lie so deep over each other that no cut helps: they need about {} of "
-                      "memory, the budget is {}",
+          fmt::format("{} boxes overlap so deeply that no cut separates them: they need about {} of "
+                      "memory, but the budget is {}",
                       source.count(), text_of(base_ + source.count() * box_bytes()), text_of(budget_.bytes)));
     std::atomic<std::uint64_t> done = 0;
     const auto advance = [&](std::uint64_t boxes) {

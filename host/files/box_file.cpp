@@ -61,7 +61,7 @@ std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budge
   const auto require = [&](std::string_view what, std::uint64_t bytes) {
     constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20;  // the process and buffers of readers
     if (kBaseBytes + bytes > budget.bytes)
-      throw Error(ErrorKind::resources, fmt::format("{}: {} may take {} MiB, more than --memory gives", path,
+      throw Error(ErrorKind::resources, fmt::format("{}: {} may take {} MiB, more than --memory allows", path,
                                                     what, ((kBaseBytes + bytes) >> 20) + 1));
   };
   if (is_scene) {

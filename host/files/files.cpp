@@ -244,7 +244,7 @@ MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t poin
       threemf_ = std::make_unique<threemf::Writer>(file_, points, triangles);
       break;
     default:
-      throw Error(ErrorKind::usage, fmt::format("{}: no format of meshes", file.path()));
+      throw Error(ErrorKind::usage, fmt::format("{}: not a mesh format", file.path()));
   }
 }
 

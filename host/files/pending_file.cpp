@@ -82,7 +82,7 @@ PendingFile::PendingFile(std::string path) : path_(std::move(path)) {
     if (::faccessat(folder_.get(), name_.c_str(), W_OK, 0) != 0)
       cannot_create(std::generic_category().message(errno));
     if (!may_replace(old, parent))
-      cannot_create("it is another user's, in a folder where only they may replace it");
+      cannot_create("it belongs to another user, and only that user may replace it in this folder");
     mode &= old.st_mode;  // what nobody else may read is not shown under a temporary name either
     target_ = {old.st_dev, old.st_ino, ""};
   } else {

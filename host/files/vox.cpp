@@ -233,7 +233,7 @@ Placement take_placement(Reader& reader) {
 /// Reads the content of a node of the scene graph.
 void read_node(Reader reader, const Kind& kind, Scene& scene) {
   const std::uint32_t id = reader.take_number();
-  if (scene.nodes.contains(id)) reader.fail(fmt::format("node {} is there twice", id));
+  if (scene.nodes.contains(id)) reader.fail(fmt::format("node {} occurs twice", id));
   Node& node = scene.nodes[id];
   reader.skip_dictionary();  // name, hidden
   if (kind == kind_of("nTRN")) {

@@ -229,7 +229,7 @@ void check_ratio(const InputFile& file, std::uint64_t bytes, std::uint64_t compr
 VoxelStream stream_voxels(const VoxelGrid& grid, const VoxelData& data, std::optional<double> threshold) {
   for (std::size_t a = 0; a < 3; ++a)
     if (!std::isfinite(grid.origin[a] + double(grid.size[a]) * grid.spacing[a]))
-      reject(*data.file, fmt::format("{} voxels of {} from {} on go beyond the doubles", grid.size[a],
+      reject(*data.file, fmt::format("{} voxels of {} from {} on exceed the range of double", grid.size[a],
                                      grid.spacing[a], grid.origin[a]));
   const std::size_t size = element_size(data.element);
   const bool swapped = data.big_endian != (std::endian::native == std::endian::big);

@@ -173,7 +173,7 @@ TEST(Anchored, CoordinatesOfManyMagnitudes) {
   }
 }
 
-TEST(Anchored, NumbersAtTheEndsOfWhatADoubleHolds) {
+TEST(Anchored, CoordinatesAtTheLimitsOfDouble) {
   const double most = std::numeric_limits<double>::max(), least = std::numeric_limits<double>::denorm_min();
   for (const std::vector<double>& numbers :
        {std::vector{most, most / 2, most / 3}, std::vector{least, 2 * least, 1000 * least},

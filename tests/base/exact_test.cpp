@@ -49,7 +49,7 @@ RC_GTEST_PROP(Exact, QuotientsAreRoundedOnce, ()) {
   RC_ASSERT(round_to_double(n) == round_to_nearest(rational(n)));
 }
 
-RC_GTEST_PROP(Exact, TiesGoToEvenAndAHairDecides, ()) {
+RC_GTEST_PROP(Exact, TiesGoToEvenAndTheLeastExcessDecides, ()) {
   // A double, half a unit of its last place, and a hair more or less.
   const auto digits = *rc::gen::inRange<std::int64_t>(1ll << 52, 1ll << 53);
   const int exponent = *rc::gen::inRange(-1200, 1000), hair = *rc::gen::inRange(-1, 2);

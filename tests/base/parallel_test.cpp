@@ -64,7 +64,7 @@ TEST(Interruptible, LeavesOtherWorkAlone) {
 
 /// Where one piece of outer work fails, oneTBB cancels the loops within the others: each of these must throw,
 /// not return as if it had run.
-TEST(ParallelRanges, ThatDidNotRunThrow) {
+TEST(ParallelRanges, ThrowIfTheyDidNotRun) {
   for (int attempt = 0; attempt < 200; ++attempt) {
     std::atomic<int> silent = 0;
     const auto outer = [&](std::size_t begin, std::size_t) {
@@ -126,7 +126,7 @@ int pieces_begun_amid_others(Inner&& inner) {
   return found;
 }
 
-TEST(PerThread, StaysOnesOwnWhileInnerWorkIsWaitedFor) {
+TEST(PerThread, BelongsToItsThreadDuringInnerWork) {
   // pieces that take so unlike times that threads run out of them, whatever the number of cores
   const auto rest = [](std::size_t i) {
     std::this_thread::sleep_for(std::chrono::microseconds(i * 7919 % 97 == 0 ? 3000 : 20));

@@ -83,7 +83,7 @@ TEST_P(KernelBench, SkipsWhatFails) {
   EXPECT_NE(results.devices.at(0).error.find("injected failure of allocate"), std::string::npos);
 }
 
-TEST_P(KernelBench, RunsTheLaunchesAskedFor) {
+TEST_P(KernelBench, RunsTheRequestedLaunches) {
   if (GetParam() == "native") GTEST_SKIP() << "it knows no launches";
   const BenchResults results = run_kernel_bench({.devices = {GetParam()},
                                                  .kernels = {"contour"},
@@ -144,7 +144,7 @@ TEST(BenchProblem, IsTheSameEveryTime) {
   }
 }
 
-TEST(Spread, IsMedianAndHalfTheDistanceOfTheQuartiles) {
+TEST(Spread, IsMedianAndHalfTheInterquartileRange) {
   EXPECT_EQ(spread_of({7}).median, 7);
   EXPECT_EQ(spread_of({7}).deviation, 0);
   EXPECT_EQ(spread_of({5, 1, 2, 3, 4}).median, 3);
@@ -189,7 +189,7 @@ TEST(BestLaunches, AreTheFastestOverAllCases) {
   EXPECT_DOUBLE_EQ(best[0].gain, 2);
 }
 
-TEST(BestLaunches, KeepWhatIsInUseWithinTheNoise) {
+TEST(BestLaunches, KeepTheLaunchInUseWithinTheNoise) {
   const BenchResults results =
       contour_results({{kUsual, Density::sparse, {4, 5, 6}}, {kOther, Density::sparse, {4, 4.9, 6}}});
   EXPECT_EQ(best_launches(results, nullptr).at(0).launch, kUsual);
@@ -198,7 +198,7 @@ TEST(BestLaunches, KeepWhatIsInUseWithinTheNoise) {
   EXPECT_EQ(best_launches(results, tuned).at(0).launch, kOther);
 }
 
-TEST(BestLaunches, NeverHaveACaseThatFailed) {
+TEST(BestLaunches, NeverIncludeAFailedCase) {
   const auto best = best_launches(contour_results({{kUsual, Density::sparse, {4}},
                                                    {kUsual, Density::dense, {4}},
                                                    {kOther, Density::sparse, {1}},
@@ -208,7 +208,7 @@ TEST(BestLaunches, NeverHaveACaseThatFailed) {
   EXPECT_TRUE(best_launches(contour_results({{kUsual, Density::sparse, {}}}), nullptr).empty());
 }
 
-TEST(CompareBenchJson, ShowsChangesAndWhatOneFileLacks) {
+TEST(CompareBenchJson, ShowsChangesAndCasesMissingFromOneFile) {
   const TemporaryFolder folder;
   const auto write = [&](const std::string& name, const BenchResults& results) {
     write_bench_json(results, OutputFile(folder.file(name)));

@@ -41,7 +41,7 @@ class Sets {
   std::map<Name, Name> parents_;
 };
 
-/// A unit square: the filled voxel, and the direction 0 .. 5 (+x, -x, ...) in which its neighbour is empty.
+/// A unit square: the filled voxel, and the direction 0 .. 5 (+x, -x, ...) in which its neighbor is empty.
 using Square = std::pair<Index, int>;
 /// A unit edge: its low end and its axis.
 using Segment = std::pair<Index, int>;

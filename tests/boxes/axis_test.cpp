@@ -210,7 +210,7 @@ TEST(Axis, EveryPermutationOfFewRowsIsTheSame) {
   }
 }
 
-TEST(Axis, AxesAreApart) {
+TEST(Axis, AxesAreIndependent) {
   const Axes axes = make_axes(std::vector<Box>{{0, 0.5, 1e-300, 4, 1, 1e300}});
   EXPECT_EQ(axes[0].exponent(), 2);
   EXPECT_EQ(axes[1].exponent(), -1);

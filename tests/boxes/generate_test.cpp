@@ -42,7 +42,7 @@ TEST(Generate, CountsAreThoseOfTheBoxes) {
   }
 }
 
-TEST(Generate, TheSpongeHasNoCubeTwiceAndHoles) {
+TEST(Generate, TheSpongeHasHolesAndNoCubeTwice) {
   const auto cubes = collect(generate_sponge(2));
   EXPECT_EQ(std::set(cubes.begin(), cubes.end()).size(), 400u);
   for (const IntegerBox& c : cubes)

@@ -77,7 +77,7 @@ TEST(Clusters, AreTheConnectedComponents) {
       }
 }
 
-TEST(Clusters, AreNotFoundWhereAllBoxesMeet) {
+TEST(Clusters, AreNotFoundIfAllBoxesMeet) {
   std::vector<PackedBox> boxes(1000, {packed::pack(1, 1, 1), packed::pack(9, 9, 9)});
   EXPECT_FALSE(Clusters().find(boxes, 64));
 }
@@ -96,7 +96,7 @@ TEST(LoneBoxes, CountOnceWhereTilesMeet) {
 }
 
 /// On each axis two intervals on 0 .. 3 that touch, wherever they begin and end.
-TEST(Pairs, SumUpToWhatTheirVerticesSay) {
+TEST(Pairs, HaveTheSumsOfTheirVertices) {
   using Interval = std::array<std::int32_t, 2>;
   std::vector<std::array<Interval, 2>> touching;
   for (std::int32_t a = 0; a < 4; ++a)
@@ -115,7 +115,7 @@ TEST(Pairs, SumUpToWhatTheirVerticesSay) {
       }
 }
 
-TEST(LoneBoxes, SumUpToWhatTheirVerticesSay) {
+TEST(LoneBoxes, HaveTheSumsOfTheirVertices) {
   for (const std::int64_t edge : {20, 300, 900}) {
     const BoxSet boxes = collect(generate_cubes(40'000, edge, 32768, 3));
     // statistics need the vertices

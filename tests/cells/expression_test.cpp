@@ -44,7 +44,7 @@ TEST(Expression, OperationsMeanWhatSetTheorySays) {
     EXPECT_EQ(truth_table(text), A & ~B) << text;
 }
 
-TEST(Expression, AndBindsLikeNotTighterThanXorTighterThanOr) {
+TEST(Expression, AndAndNotBindTighterThanXorAndXorTighterThanOr) {
   EXPECT_EQ(truth_table("A and B not C"), A & B & ~C);
   EXPECT_EQ(truth_table("A and (B or C) not D"), A & (B | C) & ~D);
   EXPECT_EQ(truth_table("A not B and C"), A & ~B & C);
@@ -86,7 +86,7 @@ TEST(Expression, ErrorsNameTheColumn) {
   expect_error("(A or (B)", "1: '(' without ')'");
   expect_error("A or B)", "7: ')' without '('");
   expect_error("A + B", "3: unexpected '+'");
-  expect_error("A and 2B", "7: '2B' is no name: a name begins with a letter or _");
+  expect_error("A and 2B", "7: '2B' is not a name: a name begins with a letter or _");
   const std::string unary = " needs an operand on its left, such as \"A not B\": a complement has no bounds";
   expect_error("not A", "1: 'not'" + unary);
   expect_error("A or not B", "6: 'not'" + unary);
@@ -114,7 +114,7 @@ TEST(Expression, IsAUnionOnlyWithoutOtherOperations) {
   EXPECT_TRUE(Expression::one_operand().is_union());
 }
 
-RC_GTEST_PROP(Expression, SimplifiedIsTheSameFunctionOfWhatIsLeft, ()) {
+RC_GTEST_PROP(Expression, SimplificationKeepsTheFunction, ()) {
   const auto operands = *rc::gen::inRange<std::uint32_t>(1, 7);
   const Expression expression = Expression::parse(*expression_text(operands));
   const auto used = std::uint32_t(expression.names().size());

@@ -52,7 +52,7 @@ TEST(TouchingPairs, AreThoseOfBruteForce) {
       }
 }
 
-TEST(TouchingPairs, GiveUpWhereTheyAreMany) {
+TEST(TouchingPairs, GiveUpIfTheyAreMany) {
   const std::vector<PackedBox> boxes(1000, {packed::pack(1, 1, 1), packed::pack(9, 9, 9)});
   std::size_t calls = 0;
   EXPECT_FALSE(TouchingPairs().find(boxes, 4000, [&](std::uint32_t, std::uint32_t) { ++calls; }));

@@ -56,7 +56,7 @@ const std::vector<std::pair<std::string, std::string>> kWholeNumbers = {
     {"bench --threads", "0 to 4096"},
 };
 
-TEST_F(ArgumentCommand, WhatIsNoWholeNumberInRangeIsRefused) {
+TEST_F(ArgumentCommand, OnlyWholeNumbersInRangeAreAccepted) {
   for (const auto& [start, range] : kWholeNumbers) {
     const bool is_list = start.ends_with(',');
     const std::size_t option_at = start.rfind("--");

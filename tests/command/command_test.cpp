@@ -326,7 +326,7 @@ TEST_F(Command, CombineSaysWhatIsWrong) {
   expect_error("combine A A", 2, "\"A\": expected NAME=FILE");
   expect_error("combine A or=a.csv", 2, "\"or=a.csv\": an expression has no such name");
   expect_error("combine A A=a.csv A=a.csv", 2, "A is given twice");
-  expect_error("combine 'A or B' A=- B=-", 2, "standard input can be one set only");
+  expect_error("combine 'A or B' A=- B=-", 2, "standard input can be only one of the sets");
   expect_error("combine A A=a.csv --triangles", 2, "--triangles requires --output");
   expect_error("combine 'A or B' A=a.csv B=none.csv -o v.csv", 3,
                "none.csv: cannot read: No such file or directory");
@@ -334,10 +334,10 @@ TEST_F(Command, CombineSaysWhatIsWrong) {
   EXPECT_EQ(folder_.file_count(), 1u);
   const Outcome unused = run("combine A A=a.csv B=none.csv");
   EXPECT_EQ(unused.status, 0);
-  EXPECT_EQ(unused.err, "boxunion: warning: B is given but not in the expression\n");
+  EXPECT_EQ(unused.err, "boxunion: warning: B is given, but the expression does not name it\n");
 }
 
-TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsWhereItRounds) {
+TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsIfItRounds) {
   folder_.write("a.csv", "0,0,0,0.1,1,1\n");
   const Outcome r = run("boundary a.csv -o a.stl");
   EXPECT_EQ(r.status, 0);
@@ -413,7 +413,7 @@ TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
       const Outcome r = shell("BOXUNION_FAIL_DEVICE="s + call +
                               " boxunion boundary a.csv -o out.csv --device " + id + " --json");
       EXPECT_EQ(r.status, 0) << id << call;
-      EXPECT_TRUE(r.err.starts_with("boxunion: warning: " + id + " failed, going on natively: ")) << r.err;
+      EXPECT_TRUE(r.err.starts_with("boxunion: warning: " + id + " failed, continuing natively: ")) << r.err;
       EXPECT_EQ(nlohmann::json::parse(r.out).at("device"), "native");
       EXPECT_EQ(folder_.read("out.csv"), folder_.read("native.csv")) << id << call;
       const Outcome ended = shell("rm out.csv; BOXUNION_FAIL_DEVICE="s + call +
@@ -537,7 +537,7 @@ TEST_F(Command, VolumesTakeAMemoryBudget) {
   folder_.write("flat.npy", start);
   std::filesystem::resize_file(folder_.file("flat.npy"), start.size() + 16'000'000);
   expect_error("measure flat.npy --memory 512M", 5,
-               "flat.npy: slices of the volume may take 841 MiB, more than --memory gives");
+               "flat.npy: slices of the volume may take 841 MiB, more than --memory allows");
   EXPECT_EQ(json("measure flat.npy --memory 1G --json").at("volume"), 0);
 }
 

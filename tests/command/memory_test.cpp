@@ -171,7 +171,7 @@ TEST_F(MemoryBudget, HostileFilesAreErrorsOfLittleMemory) {
 }
 
 /// Files that are right, and expand to or have more than the budget.
-TEST_F(MemoryBudget, LargeFilesFitOrSayWhatTheyTake) {
+TEST_F(MemoryBudget, LargeFilesFitOrSayHowMuchTheyNeed) {
   const std::string nrrd = "NRRD0004\ntype: uchar\ndimension: 3\nencoding: gzip\nsizes: ";
   folder_.write("slice.nrrd", nrrd + "600000000 1 1\n\n" + gzip_zeros(kLarge));
   folder_.write("slices.nrrd", nrrd + "1000 1000 600\n\n" + gzip_zeros(kLarge));
@@ -212,7 +212,7 @@ TEST_F(MemoryBudget, OrdinaryRunsKeepToIt) {
       }
 }
 
-TEST_F(MemoryBudget, LabelAndCombineGiveTheSameWithin) {
+TEST_F(MemoryBudget, LabelAndCombineGiveTheSameResultsWithinIt) {
   run("generate boxes --count 20000 --max-edge 200 -o a.npy --quiet");
   run("generate boxes --count 20000 --max-edge 200 --seed 2 -o b.csv --quiet");
   for (const std::string task : {"label a.npy --components c.csv -o out.npy", "label b.csv -o out.npy",
@@ -226,11 +226,11 @@ TEST_F(MemoryBudget, LabelAndCombineGiveTheSameWithin) {
   }
   run("generate boxes --count 3000000 --max-edge 200 -o a.npy --quiet");
   expect_error("label a.npy --memory 128M --device native", 5,
-               "a.npy: the boxes take at least 154 MiB of memory, more than --memory gives");
+               "a.npy: the boxes take at least 154 MiB of memory, more than --memory allows");
   expect_error("label b.csv --memory 20M", 5,
                "a memory budget of 20 MiB is too small: expected at least 32 MiB");
   expect_error("combine \"A or B\" A=b.csv B=a.npy --memory 128M --device native", 5,
-               "a.npy: the boxes take at least 155 MiB of memory, more than --memory gives");
+               "a.npy: the boxes take at least 155 MiB of memory, more than --memory allows");
 }
 
 /// Reading ends within a second of an interrupt, whatever it waits for or expands.
@@ -271,7 +271,7 @@ TEST_F(ReaderInterrupts, EndReadingScenesAndCompressedVoxels) {
   expect_interrupt("measure slices.nrrd");
 }
 
-TEST_F(ReaderInterrupts, APipeIsGivenUpWhenAnotherThreadSaysSo) {
+TEST_F(ReaderInterrupts, AnotherThreadCanEndWaitingForAPipe) {
   shell("mkfifo nobody.csv");
   std::atomic<bool> interrupted = false;
   std::jthread later([&] {

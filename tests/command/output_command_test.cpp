@@ -84,10 +84,11 @@ TEST_F(OutputCommand, AClosedPipeIsAnErrorOfWriting) {
   EXPECT_EQ(folder_.read("out.csv"), "old");
 }
 
-TEST_F(OutputCommand, AClosedStreamIsNoFile) {
+TEST_F(OutputCommand, NoFileTakesThePlaceOfAClosedStream) {
   // a set that the expression does not name costs a warning
   const std::string combine = "combine A A=a.csv B=b.csv -o ";
-  EXPECT_EQ(run(combine + "open.csv").err, "boxunion: warning: B is given but not in the expression\n");
+  EXPECT_EQ(run(combine + "open.csv").err,
+            "boxunion: warning: B is given, but the expression does not name it\n");
   EXPECT_EQ(run(combine + "out.csv 2>&-").status, 0);
   EXPECT_EQ(folder_.read("out.csv"), folder_.read("open.csv"));
   EXPECT_EQ(run(combine + "out.npy <&- 2>&-").status, 0);
@@ -192,7 +193,7 @@ TEST_F(OutputCommand, OwnersAreThoseOfTheFileThatIsReplaced) {
   ASSERT_EQ(::chmod(folder_.file("b.csv").c_str(), 0666), 0);
   const Outcome r = shell(nobody + "boxunion decompose none.csv -o b.csv");
   EXPECT_EQ(r.status, 3);
-  EXPECT_TRUE(r.err.starts_with("boxunion: error: b.csv: cannot create the file: it is another user's"))
+  EXPECT_TRUE(r.err.starts_with("boxunion: error: b.csv: cannot create the file: it belongs to another user"))
       << r.err;
 }
 
@@ -216,7 +217,7 @@ TEST_F(OutputCommand, LinksAreFollowed) {
                "loop.csv: cannot create the file: Too many levels of symbolic links");
 }
 
-TEST_F(OutputCommand, NamesMayBeAsLongAsTheSystemHasThem) {
+TEST_F(OutputCommand, NamesMayBeAsLongAsTheSystemAllows) {
   const std::string longest = std::string(251, 'n') + ".csv";
   for (const char* state : {"new", "replaced"}) {
     EXPECT_EQ(run("decompose a.csv -o " + longest).status, 0) << state;

@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(Devices, DeviceTest, testing::ValuesIn(choices()), [](c
   return name;
 });
 
-TEST_P(DeviceTest, SaysWhatItIs) {
+TEST_P(DeviceTest, DescribesItself) {
   const DeviceInfo& info = device->info();
   EXPECT_EQ(info.id, GetParam().id);
   EXPECT_FALSE(info.name.empty());
@@ -310,7 +310,7 @@ TEST(Devices, AKindOpensItsFirstDevice) {
     }
 }
 
-TEST(Devices, AnUnknownNameSaysWhatThereIs) {
+TEST(Devices, AnUnknownNameListsTheDevices) {
   for (const char* id : {"", "cuda", "opencl:99", "vulkan:99", "opencl:", "native:1", "opencl:-1"}) try {
       open_device(id);
       FAIL() << id;

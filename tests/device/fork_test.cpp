@@ -52,7 +52,7 @@ class Fork : public EveryDevice {
 };
 INSTANTIATE_TEST_SUITE_P(Devices, Fork, testing::ValuesIn(device_ids()), device_name);
 
-TEST_P(Fork, NativeWorksAndOtherDevicesSayThatTheyCannot) {
+TEST_P(Fork, NativeWorksAndOtherDevicesRefuse) {
   const BoxSet boxes = collect(generate_cubes(30'000, 300, 32768, 3));
   const Options options{.device = GetParam(), .fallback = false};
   const MassProperties mass = measure(boxes, options);

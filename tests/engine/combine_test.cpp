@@ -326,7 +326,7 @@ TEST(CombineCrowds, HiddenBoxesCostNoWork) {
             std::pow(n, 3));
 }
 
-TEST(CombineRefuses, WhatItCannotDo) {
+TEST(CombineRefuses, UnsupportedOptions) {
   const std::vector<BoxSet> sets(2);
   const Expression e = Expression::parse("A not B");
   const auto expect_usage = [](auto&& f) {
@@ -346,7 +346,7 @@ TEST(CombineRefuses, WhatItCannotDo) {
 }
 
 /// A union of several sets is found like any other, by any method.
-TEST(CombineUnions, GoAnyWay) {
+TEST(CombineUnions, AreFoundInEveryWay) {
   std::mt19937 random(23);
   const std::vector<BoxSet> sets{random_boxes(random, 9, 9), real_boxes(random, 9, 9),
                                  random_boxes(random, 3, 12)};

@@ -120,7 +120,7 @@ std::string summary(const MassProperties& mass) {
          hash_of_bytes(std::array{mass.volume, mass.area, mass.edge_length});
 }
 
-TEST(Faults, InMeasureAreSeen) {
+TEST(Faults, InMeasureReachTheCaller) {
   for (const BoxSet& boxes : {some_boxes(), general_boxes()})
     for (const Method method : {Method::cells, Method::slices}) {
       Options options = kNative;
@@ -129,7 +129,7 @@ TEST(Faults, InMeasureAreSeen) {
     }
 }
 
-TEST(Faults, InBoundariesAreSeen) {
+TEST(Faults, InBoundariesReachTheCaller) {
   const BoxSet boxes = some_boxes();
   const Solid solid = unite(boxes, kNative);
   expect_every_fault_is_seen([&] { return hash_of_bytes(unite(boxes, kNative).vertices); });
@@ -140,7 +140,7 @@ TEST(Faults, InBoundariesAreSeen) {
   }
 }
 
-TEST(Faults, InModelsAreSeen) {
+TEST(Faults, InModelsReachTheCaller) {
   const Solid solid = unite(some_boxes(), kNative);
   for (const AxisOrder& order : {kAxisOrders[0], kAxisOrders[2]})
     for (const BoxModel model : {BoxModel::cudb, BoxModel::oudb})
@@ -154,14 +154,14 @@ TEST(Faults, InModelsAreSeen) {
   });
 }
 
-TEST(Faults, InExpressionsAreSeen) {
+TEST(Faults, InExpressionsReachTheCaller) {
   const std::vector<BoxSet> sets = {some_boxes(), collect(generate_cubes(5000, 1000, 32768, 6))};
   for (const char* text : {"A or B", "A not B", "A xor B"})
     expect_every_fault_is_seen(
         [&] { return hash_of_bytes(combine(Expression::parse(text), sets, kNative).vertices); }, 30);
 }
 
-TEST(Faults, InThePlaneAreSeen) {
+TEST(Faults, InThePlaneReachTheCaller) {
   std::vector<Rectangle> rectangles;
   const BoxSet boxes = some_boxes();
   for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -173,7 +173,7 @@ TEST(Faults, InThePlaneAreSeen) {
   });
 }
 
-TEST(Faults, InVolumesAreSeen) {
+TEST(Faults, InVolumesReachTheCaller) {
   const Volume volume = generate_porous({96, 96, 96}, {}, 3);
   std::vector<std::uint32_t> labels(96 * 96 * 96);
   expect_every_fault_is_seen([&] {
@@ -183,7 +183,7 @@ TEST(Faults, InVolumesAreSeen) {
   expect_every_fault_is_seen([&] { return std::to_string(voxel_boxes(stream_of(volume)).size()); });
 }
 
-TEST(Faults, OutOfCoreAreSeenAndLeaveNothing) {
+TEST(Faults, OutOfCoreReachTheCallerAndLeaveNothing) {
   const TemporaryFolder folder, scratch;
   const Budget budget{std::uint64_t{128} << 20, scratch.path(), 1500};
   const auto files = [](const TemporaryFolder& in) {

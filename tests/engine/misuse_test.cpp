@@ -135,7 +135,7 @@ TEST(Misuse, OrdersThatHaveAnAxisTwice) {
   }
 }
 
-TEST(Misuse, SolidsThatDoNotGoTogether) {
+TEST(Misuse, SolidsThatDoNotMatch) {
   const Evm a = make_evm(unite(kBoxes, {.device = "native"}), kAxisOrders[0]);
   const Evm other =
       make_evm(unite(std::vector<Box>{{0, 0, 0, 1, 1, 1}}, {.device = "native"}), kAxisOrders[0]);
@@ -144,7 +144,7 @@ TEST(Misuse, SolidsThatDoNotGoTogether) {
   expect_usage([&] { combine(a, other, BooleanOperation::unite); }, "the operands have different axes");
 }
 
-TEST(Misuse, LabelsThatAreNotThoseOfTheBoxes) {
+TEST(Misuse, LabelsThatDoNotMatchTheBoxes) {
   const TemporaryFolder folder;
   const Decomposition boxes =
       decompose(make_evm(unite(kBoxes, {.device = "native"}), {2, 1, 0}), BoxModel::cudb);

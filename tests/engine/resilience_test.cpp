@@ -46,13 +46,13 @@ class Resilience : public EveryDevice {
       EXPECT_TRUE(run(options, report) == expected);
       EXPECT_EQ(report.device, "native");
       ASSERT_EQ(warnings.size(), 1u);
-      EXPECT_TRUE(warnings[0].starts_with(GetParam() + " failed, going on natively: ")) << warnings[0];
+      EXPECT_TRUE(warnings[0].starts_with(GetParam() + " failed, continuing natively: ")) << warnings[0];
     }
   }
 };
 INSTANTIATE_TEST_SUITE_P(Devices, Resilience, testing::ValuesIn(device_ids()), device_name);
 
-TEST_P(Resilience, SlicesGoOnNativelyWhereTheDeviceFails) {
+TEST_P(Resilience, SlicesContinueNativelyIfTheDeviceFails) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = nested(kFourBatches);
   expect_native_fallback(
@@ -62,7 +62,7 @@ TEST_P(Resilience, SlicesGoOnNativelyWhereTheDeviceFails) {
       [&](const Options& options, Report& report) { return unite(boxes, options, &report).vertices; });
 }
 
-TEST_P(Resilience, CellsGoOnNativelyWhereTheDeviceFails) {
+TEST_P(Resilience, CellsContinueNativelyIfTheDeviceFails) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = collect(generate_cubes(200'000, 60, kUniverse, 3));
   const std::vector<std::string> calls = {"load:1",     "allocate:2", "upload:1",
@@ -102,7 +102,7 @@ TEST_P(Resilience, NoFallbackEndsTheRunWhateverFails) {
 }
 
 /// While the device computes one batch the next one is cut: either may be lost.
-TEST_P(Resilience, CellsLoseNoBatchWhereTheDeviceFailsLater) {
+TEST_P(Resilience, CellsLoseNoBatchIfTheDeviceFailsLater) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = collect(generate_cubes(1'000'000, 30, kUniverse, 3));
   expect_native_fallback(

@@ -52,7 +52,7 @@ BoxSet each(int n, MakeBox&& make_box) {
   return boxes;
 }
 
-/// The edge whose cubes have this many neighbours each if n of them lie in `universe`^3.
+/// The edge whose cubes have this many neighbors each if n of them lie in `universe`^3.
 int edge_for(int n, double density, int universe = kUniverse) {
   return std::max(1, int(universe * std::cbrt(density / n)));
 }

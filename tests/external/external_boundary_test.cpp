@@ -132,7 +132,7 @@ TEST_F(Command, MeshesKeepToTheBudget) {
     EXPECT_TRUE(folder_.read(file) == bytes);
   }
   EXPECT_TRUE(run("boundary a.npy -o a.ply --memory 101M")
-                  .err.starts_with("boxunion: warning: shells are not counted: that takes"));
+                  .err.starts_with("boxunion: warning: shells are not counted: counting takes"));
 }
 
 }  // namespace

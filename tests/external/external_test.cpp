@@ -143,9 +143,10 @@ TEST(ExternalErrors, SayWhatIsNeeded) {
   const TemporaryFolder scratch;
   const Budget budget{std::uint64_t{1} << 30, scratch.path(), 100};
   const BoxSet alike(std::vector<IntegerBox>(1000, IntegerBox{0, 0, 0, 9, 9, 9}));
-  EXPECT_EQ(error_of(alike, budget, ErrorKind::resources),
-            "1000 boxes lie so deep over each other that no cut helps: they need about 97 MiB of memory, the "
-            "budget is 1024 MiB");
+  EXPECT_EQ(
+      error_of(alike, budget, ErrorKind::resources),
+      "1000 boxes overlap so deeply that no cut separates them: they need about 97 MiB of memory, but the "
+      "budget is 1024 MiB");
   EXPECT_EQ(error_of(alike, {1 << 20, scratch.path()}, ErrorKind::resources),
             "a memory budget of 1 MiB is too small: expected at least 100 MiB");
   EXPECT_EQ(error_of(collect(generate_cubes(1000, 2, 100, 1)), {std::uint64_t{1} << 30, "/none", 100},

@@ -172,7 +172,7 @@ TEST_F(MeshFile, StlHasTheTrianglesAndTheirNormals) {
   }
 }
 
-TEST_F(MeshFile, FloatsThatRoundOrOverflowAreSaid) {
+TEST_F(MeshFile, FloatsThatRoundOrOverflowAreReported) {
   EXPECT_FALSE(write(boundary(std::vector<Box>{{0, 0, 0, .1, 1, 1}}, NonManifold::split), "a.stl"));
   EXPECT_TRUE(write(boundary(std::vector<Box>{{0, 0, 0, .5, 1, 1}}, NonManifold::split), "a.stl"));
   try {

@@ -103,7 +103,7 @@ TEST_F(NamedOutput, IsWholeOrNotThere) {
   EXPECT_EQ(folder_.file_count(), 1u);
 }
 
-TEST_F(NamedOutput, ShowsNothingThatTheOldFileDoesNot) {
+TEST_F(NamedOutput, IsNoMoreReadableThanTheOldFile) {
   folder_.write("a.csv", "old");
   ASSERT_EQ(::chmod(folder_.file("a.csv").c_str(), 0640), 0);
   const int status = run_without_nameless_files([&] {

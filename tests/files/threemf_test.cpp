@@ -243,7 +243,7 @@ TEST_F(ThreeMf, IsReadByLib3mfAsZip64) {
 
 #endif
 
-TEST(Zip, IsTheSameHoweverItComes) {
+TEST(Zip, DoesNotDependOnTheSizesOfWrites) {
   const TemporaryFolder folder;
   const std::uint64_t seed = std::random_device{}();
   SCOPED_TRACE(seed);

@@ -122,7 +122,7 @@ TEST_F(TiffStack, IsReadInEveryTypeByteOrderLayoutAndCompression) {
   check(double{}, SAMPLEFORMAT_IEEEFP);
 }
 
-TEST_F(TiffStack, SmallerCopiesOfPagesAreNoSlices) {
+TEST_F(TiffStack, ReducedCopiesOfPagesAreSkipped) {
   write<std::uint8_t>(volume_, {});
   write<std::uint8_t>(volume_of(2, 2, 1, [](auto...) { return 1; }), {.subfile = FILETYPE_REDUCEDIMAGE}, "a");
   expect_read(volume_);

@@ -191,7 +191,7 @@ TEST_F(VolumeFile, BadNpyIsNamed) {
             "a.npy: the file is cut off: the voxels take 3435973835200000000 bytes, found 0");
 }
 
-TEST_F(VolumeFile, OptionsOfVolumesAreRefusedWhereThereAreBoxes) {
+TEST_F(VolumeFile, OptionsOfVolumesAreRefusedForBoxes) {
   const auto usage = [&](const std::string& name, const std::string& content, const VolumeOptions& options) {
     try {
       read(name, content, options);
@@ -286,7 +286,7 @@ TEST_F(VolumeFile, BadNrrdIsNamed) {
             "a.nrrd: space directions turns axis 2 to (2, 0, 0), expected axes along x, y and z: boxes "
             "cannot be oblique");
   EXPECT_EQ(with("# a comment", "spacings: 1e308 1e308 1e308"),
-            "a.nrrd: 3 voxels of 1e+308 from 0 on go beyond the doubles");
+            "a.nrrd: 3 voxels of 1e+308 from 0 on exceed the range of double");
   EXPECT_EQ(with("# a comment", "data file: none.raw"), "none.raw: cannot read: No such file or directory");
   EXPECT_EQ(with("# a comment", "data file: LIST"),
             "a.nrrd: data file is \"LIST\", expected the name of one file");
@@ -447,7 +447,7 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
   EXPECT_EQ(std::vector<int>(volume.inside.begin(), volume.inside.end()), (std::vector<int>{1, 0, 1, 1}));
 }
 
-TEST_F(VolumeFile, VoxScenesGoToDiskWhereThereIsABudget) {
+TEST_F(VolumeFile, VoxScenesGoToDiskWithABudget) {
   // two models of three boxes, many times
   constexpr std::uint32_t kTimes = 1000;
   std::string nodes = transform(0, 1, {});

@@ -1,4 +1,4 @@
-// Extreme vertices, disjoint boxes, their neighbours and components, against definitions on the grid through
+// Extreme vertices, disjoint boxes, their neighbors and components, against definitions on the grid through
 // all faces.
 
 #include "core/models/decomposition.hpp"

@@ -130,7 +130,7 @@ class Squares {
         if (const OrderedPoint<2> point{b, c}; !plane.insert(point).second) plane.erase(point);
   }
 
-  /// The intervals of all rows, equal neighbours merged.
+  /// The intervals of all rows, equal neighbors merged.
   std::set<Rectangle> rectangles() const {
     std::set<Rectangle> all;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> open, next;
@@ -299,7 +299,7 @@ Work sweep_work(const Solid& solid, std::size_t boxes, const AxisOrder& order) {
   return work;
 }
 
-TEST(SectionRectangles, TakeWorkInProportionToWhatGoesInAndComesOut) {
+TEST(SectionRectangles, WorkIsProportionalToInputAndOutput) {
   // a look at the whole section for every plane would make it hundreds of steps
   for (const Family& family : families()) {
     const BoxSet boxes = family.make(sanitized() ? 2000 : 16000);
@@ -411,7 +411,7 @@ TEST(FaceJoin, FindsAllPairsAndEnoughOfThem) {
   }
 }
 
-TEST(FaceJoin, TakesWorkInProportionToFacesAndPairs) {
+TEST(FaceJoin, WorkIsProportionalToFacesAndPairs) {
   constexpr std::uint32_t kCount = 3000;
   const auto ignore = [](std::uint32_t, std::uint32_t) {};
   Faces narrow, wide, deep;

@@ -20,7 +20,7 @@ struct Slabs {
   std::string file;     // what for: "" for mass properties
   std::optional<BoxModel> model;
   std::optional<AxisOrder> order;
-  std::optional<Connectivity> connectivity;  // of neighbours to be counted, of boxes
+  std::optional<Connectivity> connectivity;  // of neighbors to be counted, of boxes
   NonManifold contacts;
 };
 

@@ -40,7 +40,7 @@ std::shared_ptr<const TunedLaunches> tuned(const DeviceInfo& device, Launch laun
   return launches;
 }
 
-TEST(Tuning, WhatIsAskedForComesFirstThenTheFileThenTheDevice) {
+TEST(Tuning, OptionsComeFirstThenTheFileThenTheDevice) {
   const DeviceInfo device = gpu("a");
   const auto file = tuned(device, kTuned);
   EXPECT_EQ(choose_launch(device, "contour", {}), (Launch{Shape::group, 64}));
@@ -61,7 +61,7 @@ TEST(Tuning, HoldsForItsDeviceDriverAndKernelOnly) {
   EXPECT_FALSE(file->find(device, "contour"));
 }
 
-TEST(Tuning, WorkgroupsThatTheDeviceDoesNotHaveAreIgnored) {
+TEST(Tuning, UnsupportedWorkgroupsAreIgnored) {
   DeviceInfo device = gpu("a");
   const Launch usual{Shape::group, 64};
   EXPECT_EQ(choose_launch(device, "contour", {.tuned = tuned(device, {Shape::item, 257})}), usual);

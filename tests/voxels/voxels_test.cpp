@@ -61,7 +61,7 @@ TEST(VoxelRuns, AreTheMaximalStretchesOfEachRow) {
     }
 }
 
-TEST(VoxelBoxes, CoverEachVoxelInsideOnceAndRepeatNoNeighbour) {
+TEST(VoxelBoxes, CoverEachVoxelInsideOnceAndRepeatNoNeighbor) {
   for (std::uint32_t seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const Volume volume = random_volume(seed);
@@ -95,7 +95,7 @@ TEST(VoxelBoxes, OfKnownShapesAreAsFewAsTheDecompositionMakes) {
             (std::vector<IntegerBox>{{0, 0, 0, 4, 2, 2}, {0, 2, 0, 1, 4, 2}}));
 }
 
-TEST(VoxelBoxes, GoOnFromSlabToSlab) {
+TEST(VoxelBoxes, ContinueAcrossSlabs) {
   // Slices so large that each is a slab of its own: a bar along z, and one of the other two slices.
   Volume volume = volume_of(2500, 2000, 4, [](auto x, auto, auto) { return x == 3; });
   ASSERT_EQ(slices_at_once(volume.grid), 1u);
@@ -146,7 +146,7 @@ TEST(VoxelBoxes, HaveTheVolumeAndAreaOfTheVoxels) {
   }
 }
 
-TEST(VoxelBoxes, AreTheSameWhereTheyStream) {
+TEST(VoxelBoxes, AreTheSameWhenStreamed) {
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Volume volume =
@@ -255,7 +255,7 @@ TEST(VoxelLabels, TellCornersAndEdgesFromFaces) {
   EXPECT_EQ(count(apart, Connectivity::points), 125u);
 }
 
-TEST(GenerateVolume, APorousBlockHasThePorosityAskedFor) {
+TEST(GenerateVolume, APorousBlockHasTheRequestedPorosity) {
   for (const double pores : {0.0, 0.1, 0.5, 0.9, 1.0}) {
     const Volume volume = generate_porous({64, 50, 70}, {.pores = pores, .feature = 5}, 1);
     const auto solid = std::size_t(std::count(volume.inside.begin(), volume.inside.end(), 1));
