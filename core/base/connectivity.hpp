@@ -6,7 +6,7 @@
 
 namespace boxunion {
 
-/// Which boxes or voxels are neighbours.
+/// Which boxes or voxels are neighbors.
 enum class Connectivity {
   faces = 6,   ///< those that share a part of a face
   points = 26  ///< those that share any point

@@ -11,12 +11,12 @@
 
 namespace boxunion {
 
-/// A partition of 0 .. size - 1 that only grows coarser. The lowest element stands for its set, so the result
-/// does not depend on the order of calls. (Anderson and Woll 1991: links towards lower elements by compare
-/// and swap, paths halved on the way.)
+/// A partition of 0 .. size - 1 whose sets can only be joined. The lowest element represents its set, so the
+/// result does not depend on the order of calls. (Anderson and Woll 1991: links towards lower elements by
+/// compare and swap, with path halving.)
 class DisjointSets {
  public:
-  /// `what` is what needs the memory, for Error(resources).
+  /// `what` names the purpose of the memory, for Error(resources).
   DisjointSets(std::uint32_t size, const std::string& what) {
     with_memory(what, size * sizeof(std::uint32_t), [&] { parents_.resize(size); });
     parallel_ranges(0, size, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
@@ -32,13 +32,14 @@ class DisjointSets {
       if (parent == i) return i;
       const std::uint32_t grandparent = at(parent).load(std::memory_order_relaxed);
       if (grandparent == parent) return parent;
-      // No compare and swap: i is no root any more, and whatever another thread stores is an ancestor too.
+      // If the compare and swap fails, i is no longer a root, and whatever another thread stored is an
+      // ancestor too.
       at(i).store(grandparent, std::memory_order_relaxed);
       i = grandparent;
     }
   }
 
-  /// Is an element the lowest of its set? Not while sets are joined.
+  /// True if an element is the lowest of its set. Not while sets are joined.
   bool is_lowest(std::uint32_t i) const { return parents_[i] == i; }
 
   /// Joins the sets of two elements. Thread-safe.
@@ -53,7 +54,8 @@ class DisjointSets {
     }
   }
 
-  /// The parent of each element: itself if it stands for its set, else a lower element of it. Leaves no sets.
+  /// The parent of each element: the element itself if it represents its set, otherwise a lower element of
+  /// the set. Leaves this object empty.
   Array<std::uint32_t> take_parents() { return std::move(parents_); }
 
  private:

@@ -8,7 +8,7 @@
 namespace boxunion {
 namespace {
 
-/// The common exponent of two numbers, and both significands at it.
+/// The common exponent of two numbers, and both significands at that exponent.
 struct Aligned {
   BigInteger a, b;
   int e;
@@ -19,8 +19,8 @@ Aligned align(const Dyadic& a, const Dyadic& b) {
   return {a.m << static_cast<unsigned>(a.e - b.e), b.m, b.e};
 }
 
-/// Rounds a magnitude q * 2^e. q has 62 or 63 bits, and its lowest one says whether anything was cut off
-/// below, so it decides ties only.
+/// Rounds a magnitude q * 2^e. q has 62 or 63 bits. Its lowest bit says whether anything was cut off below,
+/// so this bit only decides ties.
 double round_magnitude(std::uint64_t q, int e) {
   constexpr int kDigits = 53, kLeastExponent = -1074;
   const int target = std::max(e + int(std::bit_width(q)) - kDigits, kLeastExponent);

@@ -8,18 +8,18 @@
 
 namespace boxunion {
 
-// Exact sums and their one rounding. Only .cpp files include this header (it needs Boost, boxunion's users do
-// not).
+// Exact sums, and the one rounding at the end. Only .cpp files include this header, because it needs Boost
+// and users of boxunion do not.
 
 using Int128 = __int128;
 using UInt128 = unsigned __int128;
 using BigInteger = boost::multiprecision::cpp_int;
 
-/// An exact sum of products Int128 * uint64 on a lattice; about a nanosecond a product.
+/// An exact sum of products Int128 * uint64 on a lattice; a product takes about a nanosecond.
 ///
 /// The sum is low + high * 2^64, two 128-bit integers that need no carry between them. It has room for 2^23
-/// products of which |p| < 2^100. Of narrow products (p and f fit int64, p * f stays below 2^104) `low` alone
-/// is enough.
+/// products p * f with |p| < 2^100. For narrow products (p and f fit int64, p * f stays below 2^104), `low`
+/// alone is enough.
 template <bool kNarrow>
 class ProductSum {
  public:
@@ -38,12 +38,12 @@ class ProductSum {
   Int128 low_ = 0, high_ = 0;
 };
 
-/// m * 2^e, exactly.
+/// The number m * 2^e.
 struct Dyadic {
   BigInteger m = 0;
   int e = 0;
 };
-/// A finite double.
+/// A finite double as such a number.
 Dyadic dyadic(double x);
 Dyadic operator+(const Dyadic& a, const Dyadic& b);
 Dyadic operator-(const Dyadic& a, const Dyadic& b);
@@ -55,7 +55,7 @@ inline Dyadic operator*(int factor, const Dyadic& a) {
 /// n / d rounded once to the nearest double, ties to even: subnormal when small, infinite when beyond the
 /// range of double. d must not be zero.
 double round_quotient(const Dyadic& n, const Dyadic& d);
-/// The same of one number.
+/// The same for one number.
 double round_to_double(const Dyadic& value);
 
 /// An unsigned integer of N words, the lowest first.
@@ -76,13 +76,13 @@ constexpr Words<N + 1> operator*(const Words<N>& a, std::uint64_t b) {
   return product;
 }
 
-/// sum += a * b modulo 2^64N; quick where the compiler knows all sizes.
+/// sum += a * b modulo 2^64N; fast if the compiler knows all sizes.
 template <std::size_t N, std::size_t A, std::size_t B>
 constexpr void add_product(Words<N>& sum, const Words<A>& a, const Words<B>& b) {
   UInt128 column = 0;
   for (std::size_t k = 0; k < N; ++k) {
     std::uint64_t carry = 0;
-    column += sum[k];  // without a carry: the last columns leave at most 2^65
+    column += sum[k];  // no carry needed: the last columns leave at most 2^65
     for (std::size_t i = k < B ? 0 : k - B + 1; i < A && i <= k; ++i) {
       const UInt128 product = UInt128(a[i]) * b[k - i];
       if constexpr (A == 1 || B == 1)
@@ -122,10 +122,10 @@ constexpr Words<N> operator-(const Words<N>& a, const Words<N>& b) {
 
 /// An exact sum of numbers +-words * 2^(exponent + 8 * place).
 ///
-/// Numbers of each place and sign have a sum of their own, one 128-bit integer a word: an addition shifts
-/// nothing, negates nothing and propagates no carry, and there is room for 2^64 of them. (After Neal, "Fast
-/// exact summation using small and large superaccumulators", 2015, whose large one has a sum for each
-/// exponent.)
+/// The numbers of each place and sign have their own sum, with one 128-bit integer for each word. An addition
+/// shifts nothing, negates nothing and propagates no carry, and there is room for 2^64 additions. (After
+/// Neal, "Fast exact summation using small and large superaccumulators", 2015, whose large accumulator has a
+/// sum for each exponent.)
 class PlacedSum {
  public:
   static constexpr int kPlaceBits = 8;

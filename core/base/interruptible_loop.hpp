@@ -7,7 +7,7 @@
 
 namespace boxunion {
 
-/// Calls f(i) for 0 <= i < n on this thread. Ends as parallel work does: see Interruptible.
+/// Calls f(i) for 0 <= i < n on this thread. Can be interrupted like parallel work: see Interruptible.
 template <class F>
 void interruptible_loop(std::size_t n, F&& f) {
   constexpr std::size_t kAtOnce = 1 << 16;

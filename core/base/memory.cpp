@@ -9,15 +9,15 @@
 namespace boxunion::detail {
 namespace {
 
-constexpr std::size_t kLeastPages = kHugePage / 2;  // what takes so many bytes takes whole huge pages
-constexpr std::size_t kMostKept = 16 * kHugePage;  // what takes more goes back to the system when it is freed
+constexpr std::size_t kLeastPages = kHugePage / 2;  // an array of so many bytes takes whole huge pages
+constexpr std::size_t kMostKept = 16 * kHugePage;   // larger arrays go back to the system when they are freed
 
 constexpr std::size_t in_pages(std::size_t bytes) {
   return (bytes + kHugePage - 1) / kHugePage * kHugePage;
 }
 
-// oneTBB's allocator keeps what is freed for the next array: most of the time that an array takes is the
-// system's, for its pages. Sanitizers know nothing of it.
+// oneTBB's allocator keeps freed memory for the next array, because most of the time for a new array goes
+// into getting its pages from the system. Sanitizers do not know this allocator.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define BOXUNION_SANITIZED
 #elif defined(__has_feature)
@@ -48,7 +48,7 @@ void* allocate_array(std::size_t bytes) {
                                       : ::operator new(bytes, std::align_val_t(alignment));
   if (!memory) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  if (alignment == kHugePage) ::madvise(memory, bytes, MADV_HUGEPAGE);  // no harm if it fails
+  if (alignment == kHugePage) ::madvise(memory, bytes, MADV_HUGEPAGE);  // harmless if it fails
 #endif
   return memory;
 }
@@ -56,7 +56,7 @@ void* allocate_array(std::size_t bytes) {
 void deallocate_array(void* memory, std::size_t bytes) {
   const std::size_t alignment = alignment_of(bytes);
   if (alignment == kHugePage) bytes = in_pages(bytes);
-  // no conditional expression: of one with operator delete clang++ 14 calls both sides
+  // no conditional expression: with operator delete in one, clang++ 14 calls both sides
   if (is_kept(bytes))
     scalable_aligned_free(memory);
   else

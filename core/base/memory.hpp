@@ -13,14 +13,14 @@
 
 namespace boxunion {
 
-/// Says what was to be allocated, and how much.
+/// Throws an error that says what was to be allocated, and how much.
 [[noreturn]] inline void throw_out_of_memory(const std::string& what, std::size_t bytes) {
   throw Error(ErrorKind::resources,
               "out of memory: " + what + " needs " + std::to_string(bytes) + " bytes in one piece");
 }
 
-/// Returns allocate(), a call that allocates about `bytes` for `what` at once; where memory does not suffice
-/// it throws Error(resources) that says so.
+/// Returns allocate(), a call that allocates about `bytes` for `what` at once. If memory does not suffice,
+/// throws Error(resources) with a message that says so.
 template <class F>
 auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
   try {
@@ -36,15 +36,14 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
 inline constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
 namespace detail {
-/// Memory for large arrays and back; see ArrayAllocator. Throws std::bad_alloc.
+/// Allocates and frees memory of large arrays; see ArrayAllocator. Throws std::bad_alloc.
 void* allocate_array(std::size_t bytes);
 void deallocate_array(void* memory, std::size_t bytes);
 }  // namespace detail
 
-/// An allocator for arrays of numbers. New elements keep whatever their memory holds. Memory in small pages
-/// takes longer to get from the system than to fill, so arrays of middle size come from oneTBB's allocator,
-/// which keeps what was freed, and those from half a huge page on are whole huge pages, where the system has
-/// them.
+/// An allocator for arrays of numbers. It does not initialize new elements. Getting small pages from the
+/// system takes longer than filling them. So arrays of medium size come from oneTBB's allocator, which keeps
+/// freed memory. Arrays from half a huge page on consist of whole huge pages, if the system has them.
 template <class T>
 class ArrayAllocator {
  public:
@@ -71,23 +70,22 @@ class ArrayAllocator {
   friend bool operator==(const ArrayAllocator&, const ArrayAllocator&) { return true; }
 };
 
-/// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
-/// thread.
+/// A vector of numbers that several threads fill. Growing it does not first fill it with zeros on one thread.
 template <class T>
 using Array = std::vector<T, ArrayAllocator<T>>;
 
-/// An array for `what`; throws as with_memory does.
+/// An array for `what`. Throws as with_memory does.
 template <class T>
 Array<T> make_array(std::size_t size, const std::string& what) {
   return with_memory(what, size * sizeof(T), [&] { return Array<T>(size); });
 }
 
-/// Numbers of which nobody knows how many will come: blocks that double up to a huge page. Unlike an array
-/// that grows it never copies them, and what it takes from the system comes back to the next list.
+/// Append-only list of unknown length, in blocks that double up to a huge page. Unlike a growing array, it
+/// never copies elements, and its memory is reused by the next list.
 template <class T>
 class BlockList {
  public:
-  /// New elements at the end, at least one and at most `most`, for the caller to fill.
+  /// Appends elements, at least one and at most `most`, for the caller to fill.
   std::span<T> extend(std::size_t most) {
     if (blocks_.empty() || blocks_.back().size() == blocks_.back().capacity()) {
       const std::size_t last = blocks_.empty() ? 0 : blocks_.back().capacity();

@@ -7,8 +7,8 @@
 
 namespace boxunion {
 
-/// An ordered set of integers 0 .. size - 1: a tree of bitmaps, 64 children a node, so that every operation
-/// takes a handful of instructions a level (four levels for 16 M integers).
+/// An ordered set of integers 0 .. size - 1: a tree of bitmaps with 64 children per node. An operation takes
+/// a handful of instructions per level (four levels for 16 M integers).
 class OrderedBitset {
  public:
   static constexpr std::uint32_t kNone = 0xffffffffu;

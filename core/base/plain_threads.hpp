@@ -14,8 +14,7 @@
 #include <type_traits>
 #include <vector>
 
-// The part of oneTBB that parallel.hpp uses, over std::thread and without any skill: for the thread
-// sanitizer.
+// The part of oneTBB that parallel.hpp uses, written simply over std::thread for the thread sanitizer.
 
 namespace boxunion::plain_threads {
 
@@ -35,19 +34,19 @@ namespace this_task_arena {
 inline int max_concurrency() {
   return 3;
 }
-/// A thread that waits does nothing else anyway.
+/// Isolation needs nothing here: a waiting thread never takes other work.
 template <class F>
 auto isolate(const F& f) {
   return f();
 }
 }  // namespace this_task_arena
 
-/// Work that nobody cancels: a loop ends early only by an exception of its own.
+/// Work that cannot be cancelled: a loop ends early only by an exception of its own.
 struct task_group_context {
   bool is_group_execution_cancelled() const { return false; }
 };
 
-/// Two threads that help whoever asks: under the thread sanitizer it takes long to start one.
+/// Two helper threads that serve any caller, because starting a thread takes long under the thread sanitizer.
 class Helpers {
  public:
   static Helpers& get() {
@@ -55,8 +54,7 @@ class Helpers {
     return helpers;
   }
 
-  /// Calls `work`, and lets those of the helpers that have nothing to do meanwhile call it too. `work` throws
-  /// nothing.
+  /// Calls `work`, and lets idle helpers call it too. `work` must not throw.
   void run(const std::function<void()>& work) {
     Offer offer{&work};
     {
@@ -84,7 +82,7 @@ class Helpers {
       lock.unlock();
       (*offer.work)();
       lock.lock();
-      // Whoever returns from the work has seen that nothing is left of it.
+      // A caller returns from the work only after it has seen that none of it is left.
       std::erase(offers_, &offer);
       if (--offer.helpers == 0) done_.notify_all();
     }
@@ -97,7 +95,7 @@ class Helpers {
   std::jthread second_{[this](const std::stop_token& stop) { help(stop); }};
 };
 
-/// The caller and its helpers share the range in pieces; the first exception comes back.
+/// The caller and its helpers share the range in pieces. The first exception reaches the caller.
 template <class T, class F>
 void parallel_for(const blocked_range<T>& range, const F& f, const task_group_context&) {
   std::atomic<T> next = range.begin();

@@ -16,24 +16,24 @@
 
 namespace boxunion {
 
-/// The bits of a double in an unsigned integer that sorts as the double does; -0.0 gives what 0.0 gives.
-/// Not for NaN.
+/// The bits of a double as an unsigned integer that sorts as the double does. -0.0 and 0.0 give the same
+/// bits. Not for NaN.
 inline std::uint64_t ordered_bits(double x) {
   const auto bits = std::bit_cast<std::uint64_t>(x + 0.0);
   return bits ^ (std::uint64_t(1) << 63 | (0 - (bits >> 63)));
 }
 
-/// The double that ordered_bits came from (0.0 for -0.0).
+/// The inverse of ordered_bits (0.0 for -0.0).
 inline double from_ordered_bits(std::uint64_t bits) {
   return std::bit_cast<double>(bits ^ (std::uint64_t(1) << 63 | ((bits >> 63) - 1)));
 }
 
 namespace detail {
 
-/// Sorts by the highest bits in which the keys differ, then every bucket by itself: the first round goes
-/// through memory, the others find their bucket in the cache; bits that all keys of a bucket share cost
-/// nothing. Buckets that are still large are split by several threads again, so one that holds nearly
-/// everything does no harm.
+/// Sorts by the highest bits in which the keys differ, then sorts every bucket by itself. The first round
+/// goes through memory; later rounds work on buckets in cache. Bits that all keys of a bucket share cost
+/// nothing. Several threads split buckets that are still large, so a bucket with nearly all elements does no
+/// harm.
 template <class T, class KeyOf>
 class RadixSort {
   using Key = std::remove_cvref_t<std::invoke_result_t<KeyOf, const T&>>;
@@ -43,7 +43,8 @@ class RadixSort {
 
   explicit RadixSort(KeyOf key) : key_(key) {}
 
-  /// Sorts from[0, n); the result comes to `to` if `move`, else it stays; the other array holds anything.
+  /// Sorts from[0, n). The result goes to `to` if `move` is true, otherwise it stays in place. The other
+  /// array is left with unspecified contents.
   void sort(T* from, T* to, std::size_t n, bool move) const {
     if (n <= kInsertion) return insert(from, move ? to : from, n);
     if (const Key varying = varying_bits(from, n); varying != 0) return split(from, to, n, move, varying);
@@ -51,9 +52,9 @@ class RadixSort {
   }
 
  private:
-  static constexpr std::size_t kChunk = 1 << 14;  // elements for a thread
+  static constexpr std::size_t kChunk = 1 << 14;  // elements per thread
   static constexpr std::size_t kMaxChunks = 64;
-  static constexpr std::size_t kShare = 1 << 11;    // elements in the buckets for a thread, at least
+  static constexpr std::size_t kShare = 1 << 11;    // minimum number of elements in the buckets of a thread
   static constexpr std::size_t kInCache = 1 << 18;  // bytes
 
   void insert(const T* from, T* to, std::size_t n) const {
@@ -78,9 +79,9 @@ class RadixSort {
   }
 
   void split(T* from, T* to, std::size_t n, bool move, Key varying) const {
-    // So many buckets that an average one is left to insertion.
+    // Choose the number of buckets so that an average bucket is left to insertion sort.
     const int width = bit_width(varying);
-    const int most_bits = n * sizeof(T) <= kInCache ? 11 : 8;  // so many places to write at are in reach
+    const int most_bits = n * sizeof(T) <= kInCache ? 11 : 8;  // so many write positions stay in cache
     const int digit_bits = std::min({width, most_bits, bit_width(n) - 3});
     const int shift = width - digit_bits;
     const std::size_t buckets = std::size_t(1) << digit_bits;
@@ -89,7 +90,7 @@ class RadixSort {
     };
 
     const std::size_t chunks = std::clamp(n / kChunk, std::size_t(1), kMaxChunks);
-    std::vector<std::size_t> places(chunks * buckets);  // of a chunk's next element of a bucket
+    std::vector<std::size_t> places(chunks * buckets);  // of the next element of a bucket, for each chunk
     const auto each_element = [&](auto&& f) {
       parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t chunk = begin; chunk < end; ++chunk) {
@@ -128,15 +129,15 @@ class RadixSort {
 
 }  // namespace detail
 
-/// Sorts values in ascending order of key(value), an unsigned integer of 32, 64 or 128 bits; in parallel and
-/// stably. `scratch` is as long as values (it may be empty for up to 32 of them) and holds anything
-/// afterwards.
+/// Sorts values in ascending order of key(value), an unsigned integer of 32, 64 or 128 bits. Parallel and
+/// stable. `scratch` is as long as `values` (it may be empty for up to 32 of them), and its contents are
+/// unspecified afterwards.
 template <class T, class KeyOf = std::identity>
 void radix_sort(std::span<T> values, std::span<T> scratch, KeyOf key = {}) {
   detail::RadixSort<T, KeyOf>(key).sort(values.data(), scratch.data(), values.size(), false);
 }
 
-/// The same with scratch of its own.
+/// The same with its own scratch.
 template <class T, class KeyOf = std::identity>
 void radix_sort(std::span<T> values, KeyOf key = {}) {
   using Sort = detail::RadixSort<T, KeyOf>;

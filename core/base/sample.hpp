@@ -14,11 +14,11 @@ constexpr std::uint64_t hash_of(std::uint64_t i) {
   return i ^ i >> 31;
 }
 
-/// A sample of 0, 1, 2, ...: one position out of every `step` of them, chosen by a hash, so that it is always
-/// the same one and no period of the input agrees with it.
+/// A sample of 0, 1, 2, ...: one position out of every `step`, chosen by a hash. It is the same every time,
+/// and no period of the input coincides with it.
 class Sample {
  public:
-  /// Of `size` elements, at most `most` positions.
+  /// For `size` elements, at most `most` positions.
   Sample(std::uint64_t size, std::uint64_t most) : size_(size), step_(size / most + (size % most != 0)) {}
 
   /// Calls f(position) for the positions from begin to end - 1 that are in the sample, in order.

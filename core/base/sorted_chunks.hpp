@@ -9,14 +9,14 @@
 
 namespace boxunion {
 
-/// A sorted sequence in which a change costs the same wherever it is, however long the sequence: it is kept
-/// in chunks. One of no more than a chunk is a vector.
+/// A sorted sequence in which the cost of a change depends neither on its place nor on the length of the
+/// sequence. It is kept in chunks; a sequence of at most one chunk is a plain vector.
 template <class T>
 class SortedChunks {
  public:
-  static constexpr std::size_t kMost = 128;  ///< elements of a chunk
+  static constexpr std::size_t kMost = 128;  ///< elements per chunk, at most
 
-  /// Where an element is; that of the end is behind the last element.
+  /// Where an element is. The end is the place behind the last element.
   struct Place {
     std::size_t chunk = 0, index = 0;
   };
@@ -37,7 +37,7 @@ class SortedChunks {
   const T& operator[](Place p) const { return chunks_[p.chunk][p.index]; }
   Place next(Place p) const { return normal({p.chunk, p.index + 1}); }
 
-  /// The first element for which is_before is false; it is true for all before that one.
+  /// The first element for which is_before is false. is_before must be true for all elements before that one.
   template <class F>
   Place find(F&& is_before) const {
     const auto is_chunk_before = [&](const std::vector<T>& chunk) { return is_before(chunk.back()); };
@@ -46,7 +46,7 @@ class SortedChunks {
     return {std::size_t(chunk - chunks_.begin()), std::size_t(element - chunk->begin())};
   }
 
-  /// The same from p on; quick if it is near.
+  /// The same, searching from p on; fast if the element is near.
   template <class F>
   Place find_from(Place p, F&& is_before) const {
     constexpr std::size_t kNear = 8;
@@ -56,7 +56,7 @@ class SortedChunks {
     return find(is_before);
   }
 
-  /// Puts `values` in the place of `count` elements from p on, and returns the place behind them.
+  /// Replaces `count` elements from p on by `values`, and returns the place behind them.
   Place replace(Place p, std::size_t count, std::span<const T> values) {
     if (count == 0 && values.size() == 1) return insert_one(p, values.front());
     if (count == 1 && values.empty()) return erase_one(p);
@@ -71,7 +71,7 @@ class SortedChunks {
     return both < values.size() ? insert(p, values.subspan(both)) : p;
   }
 
-  /// Removes the elements that f is true for.
+  /// Removes the elements for which f is true.
   template <class F>
   void erase_if(F&& f) {
     for (std::vector<T>& chunk : chunks_) size_ -= std::erase_if(chunk, f);
@@ -94,12 +94,12 @@ class SortedChunks {
     return erase(p, one);
   }
 
-  /// The end of a chunk that is not the last is the begin of the next.
+  /// The end of a chunk other than the last is the begin of the next chunk.
   Place normal(Place p) const {
     return p.index == chunks_[p.chunk].size() && p.chunk + 1 < chunks_.size() ? Place{p.chunk + 1, 0} : p;
   }
 
-  /// Removes those of `count` elements that are in p's chunk, and counts them down.
+  /// Removes those of the `count` elements that are in p's chunk, and subtracts them from `count`.
   Place erase(Place p, std::size_t& count) {
     std::vector<T>& chunk = chunks_[p.chunk];
     const std::size_t some = std::min(count, chunk.size() - p.index);
@@ -118,7 +118,7 @@ class SortedChunks {
     return normal(p);
   }
 
-  /// Cuts p's chunk into halves of a chunk; p moves along.
+  /// Splits p's chunk into halves, and moves p along.
   Place split(Place p) {
     constexpr std::size_t kHalf = kMost / 2;
     const std::vector<T> whole = std::move(chunks_[p.chunk]);
@@ -136,7 +136,7 @@ class SortedChunks {
     return {p.chunk + part, p.index - part * kHalf};
   }
 
-  std::vector<std::vector<T>> chunks_ = std::vector<std::vector<T>>(1);  // none is empty, but a single one
+  std::vector<std::vector<T>> chunks_ = std::vector<std::vector<T>>(1);  // none is empty, except a single one
   std::size_t size_ = 0;
 };
 
