@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 14;  // boxes
 
-/// Bit k stands for coordinate k of a box, at(box, k): do all boxes have the same?
+/// The coordinates that all boxes share: bit k is set if at(box, k) is the same for all boxes.
 template <class At>
 unsigned shared_coordinates(const At& at, std::size_t begin, std::size_t end) {
   unsigned shared = 63;
@@ -41,7 +41,7 @@ std::optional<CommonCorner> common_corner(std::size_t size, const At& at) {
   return CommonCorner{(shared >> 3 & 1u) != 0, (shared >> 4 & 1u) != 0, (shared >> 5 & 1u) != 0};
 }
 
-/// Octant masks with axes turned round.
+/// The octant mask that each mask becomes when some axes are reversed.
 std::array<std::uint8_t, 256> turned_masks(const CommonCorner& turned) {
   const unsigned axes = unsigned(turned[0]) + 2 * unsigned(turned[1]) + 4 * unsigned(turned[2]);
   std::array<std::uint8_t, 256> masks{};
@@ -51,7 +51,7 @@ std::array<std::uint8_t, 256> turned_masks(const CommonCorner& turned) {
   return masks;
 }
 
-/// Brings vertices from u, v, w back to where the boxes are.
+/// Maps vertices from u, v, w to ordinals and passes them on.
 class VertexVisitor {
  public:
   VertexVisitor(const std::array<std::uint32_t, 3>& at, const CommonCorner& turned, VertexSink& sink)
@@ -80,12 +80,12 @@ class VertexVisitor {
     return turned_[axis] ? at_[axis] - steps : at_[axis] + steps;
   }
 
-  std::array<std::uint32_t, 3> at_;  // the corner
+  std::array<std::uint32_t, 3> at_;  // the shared corner
   CommonCorner turned_;
   std::array<std::uint8_t, 256> masks_;
   VertexSink* sink_;
   std::vector<Vertex> vertices_;
-  std::size_t done_ = 0;  // vertices of planes that are complete
+  std::size_t done_ = 0;  // number of vertices whose plane is complete
 };
 
 }  // namespace

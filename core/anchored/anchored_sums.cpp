@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 13;  // boxes
 
-/// A double as +-fraction * 2^(exponent - kBias); zero has no fraction.
+/// A double as +-fraction * 2^(exponent - kBias). Zero has fraction 0.
 struct Parts {
   explicit Parts(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
@@ -40,7 +40,7 @@ struct Parts {
   bool negative;
 };
 
-/// The numbers of an axis as multiples of a unit: those that the boxes do not share, and the one they do.
+/// The numbers on an axis as multiples of a unit: the free ends of the boxes and the end that they share.
 struct Units {
   int unit = std::numeric_limits<int>::max(), top = 0;  // the bits of all of them: [unit, top)
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
@@ -59,7 +59,7 @@ struct Units {
     least = std::min(least, other.least);
     greatest = std::max(greatest, other.greatest);
   }
-  /// How many bits the greatest difference has, or more than 127.
+  /// The number of bits of the greatest difference, or more than 127.
   int reach_bits() const {
     if (top == 0) return 0;
     if (top - unit > 126) return std::numeric_limits<int>::max();
@@ -84,8 +84,8 @@ struct Units {
   }
 };
 
-/// What the vertices of a column add to the sums: of the heights in the order of each_vertex, of u and of w,
-/// how often each is part of an edge's length.
+/// What the vertices of a column contribute: their number, and how often each height (in the order of
+/// each_vertex), u and w counts in the edge length.
 struct ColumnWeights {
   std::array<std::int8_t, 4> v{};
   std::int8_t u = 0, w = 0, vertices = 0, extreme = 0;
@@ -93,8 +93,8 @@ struct ColumnWeights {
 
 constexpr unsigned kColumns = 256;
 
-/// How the heights of a column lie to each other. They grow inwards, if it is not the last one, and
-/// downwards, if it is not the last plane.
+/// A code of how the heights of a column compare. Heights grow inwards, except in the last column, and
+/// downwards, except in the last plane.
 constexpr unsigned column_kind(const StairColumn& c) {
   return unsigned(c.outer_above < c.inner_above) | unsigned(c.outer_above < c.outer_below) << 1 |
          unsigned(c.inner_above < c.inner_below) << 2 | unsigned(c.outer_below < c.inner_below) << 3 |
@@ -128,26 +128,27 @@ constexpr std::array<ColumnWeights, kColumns> kColumnWeights = [] {
   return table;
 }();
 
-/// Boxes with a common corner, as numbers of units.
+/// Boxes with a common corner, and the units of their axes.
 struct Anchored {
   CommonCorner corner;
   std::array<double, 3> at;
   std::array<Units, 3> units;
 };
 
-/// The integrals over the part of a union that a part of the sweep adds, in units and in u, v, w, of reaches
-/// of at most kBits bits. An integral over a part of [0, 2^kBits)^3 has at most as many bits as its factors.
+/// The integrals over the part of the union that one part of the sweep adds. They are in units and in u, v,
+/// w, for reaches of at most kBits bits. An integral over a part of [0, 2^kBits)^3 has at most as many bits
+/// as its factors together.
 template <unsigned kBits>
 class SumVisitor {
  public:
-  /// A word for so many factors.
+  /// Words that hold a product of so many factors.
   template <unsigned kFactors>
   using Product = Words<(kFactors * kBits + 63) / 64>;
   using Value = std::conditional_t<kBits <= 64, std::uint64_t, UInt128>;
 
   explicit SumVisitor(const Anchored& boxes) : axes_{Axis{boxes, 0}, Axis{boxes, 1}, Axis{boxes, 2}} {}
 
-  /// What stands for a box in the sweep.
+  /// The form of a box in the sweep.
   static AnchoredBox reach(const Anchored& boxes, const auto& box) {
     const auto on_axis = [&](unsigned a) -> std::uint64_t {
       const double far = double(box[boxes.corner[a] ? a : a + 3]);
@@ -164,8 +165,8 @@ class SumVisitor {
   Value value(unsigned axis, std::uint64_t reach) const { return axes_[axis].value(reach); }
 
   void column(const StairColumn& c) {
-    // Slots, not values, change hands: 0 and 1 for u, 2 and 3 for heights above, 4 and 5 for those below. A
-    // run begins with equal heights; those below are new then.
+    // Slots change hands instead of values: 0 and 1 hold u, 2 and 3 heights above, 4 and 5 heights below. A
+    // run of columns begins with equal heights; from there on, the heights below are new.
     const unsigned u = 1 - u_;
     set(powers_[u], 0, c.u);
     if (c.outer_above == c.outer_below)
@@ -236,7 +237,7 @@ class SumVisitor {
   Product<3> volume{};
   std::array<Product<4>, 3> first{};   // twice the integrals of u, v, w
   std::array<Product<5>, 6> second{};  // 3 times those of uu, vv, ww, 4 times those of uv, vw, wu
-  std::array<Product<2>, 3> area{};    // half of it
+  std::array<Product<2>, 3> area{};    // half of each area
   std::array<std::array<Int128, kWords>, 3> length{};  // a sum for each word
 
  private:
@@ -258,7 +259,7 @@ class SumVisitor {
    private:
     Units units_;
     bool upper_;
-    std::uint64_t bits_;  // of the corner
+    std::uint64_t bits_;  // of the shared corner
     Value at_;
   };
 
@@ -289,7 +290,7 @@ class SumVisitor {
     add_product(powers.three, powers.two, powers.one);
   }
 
-  /// Between two columns the staircase has been lifted.
+  /// Adds the strip by which the staircase was raised between two columns.
   void add_strip(const Powers& from, const Powers& to, const StairColumn& c) {
     const Powers &low = powers_[above_], &high = powers_[below_];
     const auto u1 = from.one - to.one, v1 = high.one - low.one;
@@ -313,11 +314,11 @@ class SumVisitor {
   std::array<Axis, 3> axes_;
   std::array<Powers, 6> powers_{};
   unsigned u_ = 0, above_ = 2, below_ = 2;  // of the last column, on its inner side
-  // of what is lifted in the plane at work, as in volume, first and second
+  // of the strips raised in the current plane; named as volume, first and second
   Product<2> section_{};
   Product<3> section_u_{}, section_v_{};
   Product<4> section_uu_{}, section_uv_{}, section_vv_{};
-  Product<1> side_u_{}, side_v_{};  // how far the greatest reaches grow
+  Product<1> side_u_{}, side_v_{};  // how far the greatest reaches have grown
   int along_w_ = 0;                 // edges that end here, less those that begin
 };
 
@@ -328,7 +329,7 @@ BigInteger integer(const Words<N>& words) {
   return result;
 }
 
-/// From integrals in u, v, w to those in coordinates: x = t + s * u.
+/// Converts integrals in u, v, w to integrals in coordinates: x = t + s * u.
 template <unsigned kBits>
 Totals in_coordinates(const SumVisitor<kBits>& sums, const Anchored& boxes) {
   std::array<Dyadic, 3> t;

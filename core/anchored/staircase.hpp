@@ -13,26 +13,25 @@
 
 namespace boxunion {
 
-// The union of boxes that share a corner, swept as the hypervolume of a front is (Guerreiro, Fonseca 2018).
-// All is relative to that corner: a box is [0, u] x [0, v] x [0, w], whatever way the axes run.
+// The union of boxes that share a corner, swept like the hypervolume of a front (Guerreiro, Fonseca 2018).
+// Everything is relative to that corner: a box is [0, u] x [0, v] x [0, w], whichever way the axes run.
 //
-// A plane sweeps from the greatest w down to 0. The section above it is all below a staircase: a height, from
-// 0 on, that does not increase with u. A box whose corner lies above the staircase lifts it from u down to
-// where it is as high already; all others are dropped.
+// A plane sweeps from the greatest w down to 0. The section above it is bounded by a staircase: a height, at
+// least 0, that does not increase with u. A box whose corner lies above the staircase raises it, from u down
+// to where it is as high already. All other boxes are dropped.
 
-/// A box by how far it reaches from the corner on each axis, in any numbers that grow with it; 0 is the
-/// corner.
+/// A box as its reach from the corner on each axis, in any numbers that grow with the reach. 0 is the corner.
 struct AnchoredBox {
   std::uint64_t u, v, w;
 };
 
-/// A vertical line of a plane of the sweep, at some u: the staircase's height on the side away from the
-/// corner (outer) and towards it (inner), above the plane (where w is greater) and below.
+/// A vertical line in a plane of the sweep, at some u. It has the height of the staircase on the side away
+/// from the corner (outer) and towards it (inner), above the plane (at greater w) and below.
 struct StairColumn {
   std::uint64_t u, outer_above, inner_above, outer_below, inner_below;
 };
 
-/// Calls f(v, mask) for the vertices of a column; masks as if the axes were u, v, w.
+/// Calls f(v, mask) for the vertices of a column. The masks are for axes u, v, w.
 template <class F>
 constexpr void each_vertex(const StairColumn& column, F&& f) {
   const std::uint64_t heights[4] = {column.inner_below, column.outer_below, column.inner_above,
@@ -53,41 +52,42 @@ constexpr void each_vertex(const StairColumn& column, F&& f) {
 
 /// Boxes in the order of the sweep.
 ///
-/// A visitor of the sweep has members plane(w), called when something has changed there, after
-/// column(StairColumn) for every line with a vertex. Where the staircase is lifted, columns come by falling u
-/// without a gap, from one whose outer heights are equal to one whose inner heights are.
+/// A visitor of the sweep has two members: column(StairColumn), called for every line with a vertex, and
+/// plane(w), called after the columns of a plane in which something has changed. Where the staircase is
+/// raised, columns come by falling u without a gap, from a column with equal outer heights to one with equal
+/// inner heights.
 class StairSweep {
  public:
   static constexpr std::size_t kMost = 0xfffffffe;  // boxes
 
-  /// Boxes that do not reach anywhere on some axis are left out.
+  /// Leaves out boxes without extent on some axis.
   explicit StairSweep(Array<AnchoredBox> boxes);
 
   std::size_t size() const { return steps_.size(); }
-  /// How many parts keep the threads busy.
+  /// The number of parts that keeps the threads busy.
   std::size_t parts() const;
-  /// The greatest reaches.
+  /// The greatest reach on each axis.
   const AnchoredBox& bounds() const { return bounds_; }
 
-  /// Sweeps in parts of like size, one for each visitor, in parallel. The planes of a part lie below those of
-  /// the part before.
+  /// Sweeps in parts of similar size, one for each visitor, in parallel. The planes of a part lie below those
+  /// of the part before.
   template <class Visitor>
   void sweep(std::span<Visitor> visitors) const;
 
  private:
   struct Step {
     std::uint64_t w, v;
-    std::uint32_t rank;  // of its u, the greatest one first
+    std::uint32_t rank;  // of its u; the greatest u has rank 0
   };
 
-  /// The staircase that a part of the sweep sees.
+  /// The staircase, as a part of the sweep sees it.
   struct Front {
     explicit Front(std::size_t ranks) : corners(std::uint32_t(ranks)), heights(ranks) {}
-    OrderedBitset corners;               // ranks of u where it is lower on the outer side
-    std::vector<std::uint64_t> heights;  // there, on the inner side
+    OrderedBitset corners;               // ranks of u where the outer side is lower
+    std::vector<std::uint64_t> heights;  // by rank of a corner: the height on its inner side
   };
 
-  /// Where part `part` of `parts` begins: with a plane.
+  /// The first step of part `part` of `parts`; it begins a plane.
   std::size_t begin(std::size_t part, std::size_t parts) const;
   Front front_before(std::size_t step) const;
   template <class Visitor>
@@ -111,7 +111,7 @@ void StairSweep::sweep(std::span<Visitor> visitors) const {
     for (std::size_t part = first_part; part < last_part; ++part) {
       const std::size_t first = begin(part, parts), last = begin(part + 1, parts);
       Front front = front_before(first);
-      Visitor visitor = visitors[part];  // near what else this thread uses
+      Visitor visitor = visitors[part];  // a copy, close to the other data of this thread
       sweep(front, first, last, visitor);
       if (part + 1 == parts && size() > 0) close(front, visitor);
       visitors[part] = std::move(visitor);
@@ -130,16 +130,16 @@ void StairSweep::sweep(Front& front, std::size_t first, std::size_t last, Visito
   }
 }
 
-/// Lifts the staircase by the boxes of one plane. False if it was as high already.
+/// Raises the staircase by the boxes of one plane. Returns false if it was as high already.
 template <class Visitor>
 bool StairSweep::lift(Front& front, std::span<const Step> plane, Visitor& visitor) const {
-  constexpr std::uint32_t kNone = OrderedBitset::kNone;  // the greatest number
+  constexpr std::uint32_t kNone = OrderedBitset::kNone;  // greater than every rank
   OrderedBitset& corners = front.corners;
   bool lifted = false;
   for (std::size_t i = 0; i < plane.size();) {
     std::uint32_t rank = plane[i].rank;
     const std::uint32_t outer = corners.below(rank);
-    std::uint32_t corner = corners.contains(rank) ? rank : corners.above(rank);  // not above this column
+    std::uint32_t corner = corners.contains(rank) ? rank : corners.above(rank);  // this corner or the next
     StairColumn c;
     c.outer_above = outer == kNone ? 0 : front.heights[outer];
     if (plane[i].v <= (corner == rank ? front.heights[rank] : c.outer_above)) {
@@ -176,11 +176,11 @@ bool StairSweep::lift(Front& front, std::span<const Step> plane, Visitor& visito
   return lifted;
 }
 
-/// The plane of the corner itself, below which there is nothing.
+/// Adds the plane of the corner itself, below which the union is empty.
 template <class Visitor>
 void StairSweep::close(const Front& front, Visitor& visitor) const {
   std::uint64_t height = 0;
-  std::uint32_t rank = 0;  // the greatest u of all is a corner
+  std::uint32_t rank = 0;  // the greatest u is always a corner
   for (; rank != OrderedBitset::kNone; rank = front.corners.above(rank)) {
     visitor.column({u_[rank], height, front.heights[rank], 0, 0});
     height = front.heights[rank];
