@@ -8,13 +8,13 @@
 namespace boxunion {
 namespace {
 
-/// A box and one that begins where it ends.
+/// A box, and a neighbor that begins where it ends.
 struct Pair {
   std::uint32_t below, above;
 };
 
-/// The lists of entries that for_each_entry(add) gives to add(box, neighbor), in its order; it is called
-/// twice.
+/// Lists of the pairs that for_each_entry(add) passes to add(box, neighbor), in its order. Calls
+/// for_each_entry twice.
 template <class F>
 NeighborLists make_lists(std::size_t boxes, std::size_t entries, F&& for_each_entry) {
   NeighborLists lists;
@@ -22,7 +22,7 @@ NeighborLists make_lists(std::size_t boxes, std::size_t entries, F&& for_each_en
     lists.boxes.resize(entries);
     lists.offsets.assign(boxes + 2, 0);
   });
-  std::uint64_t* const next = lists.offsets.data() + 1;  // first of box i, at last of box i + 1
+  std::uint64_t* const next = lists.offsets.data() + 1;  // start of box i; later of box i + 1
   for_each_entry([&](std::uint32_t box, std::uint32_t) { ++next[box + 1]; });
   interruptible_loop(boxes, [&](std::size_t i) { next[i + 1] += next[i]; });
   for_each_entry([&](std::uint32_t box, std::uint32_t neighbor) { lists.boxes[next[box]++] = neighbor; });
@@ -30,7 +30,7 @@ NeighborLists make_lists(std::size_t boxes, std::size_t entries, F&& for_each_en
   return lists;
 }
 
-/// The same pairs from the other side, ascending.
+/// The same pairs seen from the neighbors, ascending.
 NeighborLists transposed(const NeighborLists& lists) {
   const std::size_t boxes = lists.offsets.size() - 1;
   return make_lists(boxes, lists.boxes.size(), [&](auto&& add) {
@@ -61,7 +61,7 @@ Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connec
       });
     });
     adjacency.backward[axis] = transposed(forward);
-    adjacency.forward[axis] = transposed(adjacency.backward[axis]);  // ascending now
+    adjacency.forward[axis] = transposed(adjacency.backward[axis]);  // this also sorts the lists
   }
   return adjacency;
 }

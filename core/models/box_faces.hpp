@@ -16,14 +16,14 @@
 namespace boxunion {
 namespace detail {
 
-/// A box's face at one end of an axis: the rectangle [p_lo, p_hi] x [q_lo, q_hi].
+/// The face of a box at one end of an axis: the rectangle [p_lo, p_hi] x [q_lo, q_hi].
 struct Face {
   std::uint32_t plane, p_lo, p_hi, q_lo, q_hi;
   std::uint32_t box;
 };
 
-/// The faces of all boxes at their low or high ends on an axis (0 A, 1 B), sorted by plane, p, q. p is the
-/// other one of A and B, q is C.
+/// The faces of all boxes at their low or high ends on an axis (0 A, 1 B), sorted by plane, p and q. p runs
+/// along the other one of A and B, q along C.
 inline Array<Face> find_faces(const std::vector<OrdinalBox>& boxes, std::size_t axis, bool high) {
   Array<Face> faces;
   with_memory("the faces of all boxes", boxes.size() * sizeof(Face), [&] { faces.resize(boxes.size()); });
@@ -34,14 +34,14 @@ inline Array<Face> find_faces(const std::vector<OrdinalBox>& boxes, std::size_t 
       faces[i] = {high ? hi[axis] : lo[axis], lo[p], hi[p], lo[2], hi[2], std::uint32_t(i)};
     }
   });
-  if (axis != 0 || high)  // as the boxes are sorted
+  if (axis != 0 || high)  // otherwise the boxes are sorted like this
     radix_sort(std::span(faces), [](const Face& f) {
       return static_cast<unsigned __int128>(f.plane) << 64 | (std::uint64_t(f.p_lo) << 32 | f.q_lo);
     });
   return faces;
 }
 
-/// The faces of two sets that lie in one plane.
+/// The faces of two sets in one plane.
 struct PlaneFaces {
   std::span<const Face> below, above;
 };
@@ -66,7 +66,7 @@ inline std::vector<PlaneFaces> match_planes(std::span<const Face> below, std::sp
   return planes;
 }
 
-/// Takes the faces from the front that begin at p.
+/// Takes the faces that begin at p from the front.
 inline std::span<const Face> take_begun(std::span<const Face>& faces, std::uint32_t p) {
   std::size_t count = 0;
   while (count < faces.size() && faces[count].p_lo == p) ++count;
@@ -75,7 +75,7 @@ inline std::span<const Face> take_begun(std::span<const Face>& faces, std::uint3
   return taken;
 }
 
-/// Joins the faces of a plane. Both of its sets are sorted by p, then q.
+/// Joins the faces of a plane. Both sets are sorted by p, then q.
 template <FacePairs kPairs, class Add>
 void join_plane(PlaneFaces faces, FaceJoin<Face, kPairs>& join, Add&& add) {
   auto& [below, above] = faces;
@@ -91,8 +91,8 @@ void join_plane(PlaneFaces faces, FaceJoin<Face, kPairs>& join, Add&& add) {
 }  // namespace detail
 
 /// Joins the boxes of a decomposition across their ends on an axis (0 A, 1 B): see Adjacency and FacePairs.
-/// make_add() is called on every thread, for each part of the work; it returns what is called as
-/// add(box, box that begins where it ends).
+/// Each part of the work calls make_add() on its thread, and then calls the result as add(box, neighbor),
+/// where the neighbor begins where the box ends.
 template <FacePairs kPairs, class MakeAdd>
 void join_boxes(const Decomposition& decomposition, Connectivity connectivity, std::size_t axis,
                 MakeAdd&& make_add) {

@@ -10,13 +10,13 @@
 #include "core/models/evm.hpp"
 #include "core/models/section_rectangles.hpp"
 
-// Sweeps that cut a solid into disjoint boxes. They take its planes of extreme vertices in the order of A,
-// one by one, and hold no more than the section between two of them and as many vertices. Coordinates are of
-// type C: ordinals, or the 64-bit numbers of OrderedPoint.
+// Sweeps that cut a solid into disjoint boxes. They take its planes of extreme vertices one by one, in the
+// order of A, and hold only the section between two planes and as many vertices. Coordinates are of type C:
+// ordinals, or the 64-bit numbers of OrderedPoint.
 
 namespace boxunion {
 
-/// Calls f(plane, a) for every plane of some vertices, projected; they are sorted.
+/// Calls f(plane, a) for every plane of sorted vertices. `plane` has the vertices without A.
 template <class C, class F>
 void for_each_plane(std::span<const OrderedPoint<3, C>> vertices, F&& f) {
   ExtremeVertices<2, C> plane;
@@ -28,12 +28,12 @@ void for_each_plane(std::span<const OrderedPoint<3, C>> vertices, F&& f) {
   }
 }
 
-/// OUDB: a box for every interval between neighboring lines of vertices of every section.
+/// The OUDB: a box for every interval between neighboring lines of vertices of every section.
 template <class C>
 class OudbSweep {
  public:
-  /// Passes a plane. Calls add(low corner, high corner) for the boxes between it and the one before, in the
-  /// order of their low corners.
+  /// Passes a plane at `a`. Calls add(low corner, high corner) for the boxes between it and the plane before,
+  /// in the order of their low corners.
   template <class Add>
   void pass(const ExtremeVertices<2, C>& plane, C a, Add&& add) {
     for (SectionSweep<2, C> lines{std::span(section_)}; lines.next() != lines.kEnd;) {
@@ -48,11 +48,12 @@ class OudbSweep {
     std::swap(section_, scratch_);
     a_ = a;
   }
-  /// Behind the last plane.
+  /// Call this after the last plane.
   template <class Add>
   void finish(Add&&) {}
 
-  /// The memory that it holds, and what it takes more, about, for each vertex of the next plane.
+  /// The bytes that the sweep needs for each vertex of the next plane, about, in addition to those that it
+  /// holds.
   static constexpr std::size_t kVertexBytes = 3 * sizeof(OrderedPoint<2, C>);
   std::size_t bytes() const {
     return (section_.capacity() + scratch_.capacity()) * sizeof(OrderedPoint<2, C>);
@@ -63,18 +64,18 @@ class OudbSweep {
   ExtremeVertices<2, C> section_, scratch_;
 };
 
-/// CUDB: a box lasts as long as its rectangle belongs to the section.
+/// The CUDB: a box lasts as long as its rectangle belongs to the section.
 template <class C>
 class CudbSweep {
  public:
-  /// Passes a plane. Calls add(low corner, high corner) for boxes that have ended, in the order of their
-  /// ends; for the last of them in finish().
+  /// Passes a plane at `a`. Calls add(low corner, high corner) for boxes that have ended, in the order of
+  /// their ends. finish() adds the last ones.
   template <class Add>
   void pass(const ExtremeVertices<2, C>& plane, C a, Add&& add) {
     for (const auto& [b, c] : plane) vertices_.push_back({a, b, c});
     if (vertices_.size() >= rectangles_.batch()) finish(add);
   }
-  /// Behind the last plane.
+  /// Call this after the last plane.
   template <class Add>
   void finish(Add&& add) {
     using Rectangle = SectionRectangle<C>;
@@ -86,7 +87,8 @@ class CudbSweep {
     vertices_.clear();
   }
 
-  /// The memory that it holds, and what it takes more, about, for each vertex of the next plane.
+  /// The bytes that the sweep needs for each vertex of the next plane, about, in addition to those that it
+  /// holds.
   static constexpr std::size_t kVertexBytes =
       4 * sizeof(SectionRectangle<C>) + 2 * sizeof(OrderedPoint<3, C>);
   std::size_t bytes() const {
@@ -97,7 +99,7 @@ class CudbSweep {
 
  private:
   SectionRectangles<C> rectangles_;
-  ExtremeVertices<3, C> vertices_;  // of planes that wait, until they are as many as the section has
+  ExtremeVertices<3, C> vertices_;  // of waiting planes, until there are as many as in the section
 };
 
 }  // namespace boxunion

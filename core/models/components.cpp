@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 14;
 
-/// Adds up volumes of boxes, exactly.
+/// An exact sum of the volumes of boxes.
 class VolumeSum {
  public:
-  /// `axes` in the order of the boxes.
+  /// `axes` are in the order of the coordinates of the boxes.
   explicit VolumeSum(const std::array<const Axis*, 3>& axes) : axes_(axes) {
     for (const Axis* axis : axes_) {
       lattice_ = lattice_ && axis->is_lattice();
@@ -33,7 +33,7 @@ class VolumeSum {
     if (lattice_) {
       UInt128 volume = 1;
       for (std::size_t i = 0; i < 3; ++i) volume *= box.hi[i] - box.lo[i];
-      steps_ += volume;  // 2^32 boxes of 2^96 fit
+      steps_ += volume;  // room for 2^32 boxes of 2^96
     } else {
       Dyadic volume{1, 0};
       for (std::size_t i = 0; i < 3; ++i)
@@ -51,7 +51,7 @@ class VolumeSum {
   Dyadic total_;
 };
 
-/// Numbers sets of boxes in the order of their first ones.
+/// Numbers the sets of boxes in the order of their first boxes.
 Labels number_sets(DisjointSets& sets, std::uint32_t boxes) {
   Labels result;
   with_memory("the labels", boxes * sizeof(std::uint32_t), [&] { result.labels.resize(boxes); });
@@ -99,7 +99,7 @@ std::vector<Component> measure_components(const Decomposition& decomposition, co
   for (const std::uint32_t label : labels.labels)
     if (label < 1 || label > labels.count)
       throw Error(ErrorKind::usage, fmt::format("a box has label {}, expected 1 to {}", label, labels.count));
-  std::vector<std::size_t> next(std::size_t{labels.count} + 1, 0);  // place of a component's next box
+  std::vector<std::size_t> next(std::size_t{labels.count} + 1, 0);  // by label: the place of the next box
   interruptible_loop(boxes.size(), [&](std::size_t i) { ++next[labels.labels[i]]; });
   std::partial_sum(next.begin(), next.end(), next.begin());
   Array<std::uint32_t> sorted;  // boxes by label

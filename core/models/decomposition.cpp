@@ -21,10 +21,10 @@ constexpr std::uint64_t kMostBoxes = 0xffffffffu;
   throw Error(ErrorKind::resources, "the decomposition has 2^32 boxes or more");
 }
 
-/// Thrown by a sweep that has found more boxes than it may.
+/// Thrown if a sweep finds more boxes than allowed.
 struct TooMany {};
 
-/// Keeps one of those points that are there an odd number of times; they are sorted.
+/// Of sorted points, keeps one of each that occurs an odd number of times.
 template <class Points>
 void keep_odd(Points& points) {
   auto out = points.begin();
@@ -45,22 +45,22 @@ void find_oudb(const Evm& evm, Add&& add) {
                  [&](const ExtremeVertices<2>& plane, std::uint32_t a) { sweep.pass(plane, a, add); });
 }
 
-/// Planes that a thread sweeps, and the section before them.
+/// The planes that a thread sweeps, and the section before them.
 struct Planes {
   std::span<const OrderedPoint<3>> vertices;
   ExtremeVertices<2> before;
 };
 
-/// Part of a sweep for the CUDB. Its first boxes, `inherited` of them, go on from the part before.
+/// A part of a sweep for the CUDB. Its first `inherited` boxes continue boxes of the part before.
 struct Part {
   std::vector<OrdinalBox>
-      boxes;  // hi[0] is kOrdinalMin if they go on into the next part, as lo[0] if inherited
+      boxes;  // hi[0] is kOrdinalMin if a box continues in the next part; so is lo[0] if inherited
   std::size_t inherited = 0;
-  std::vector<std::uint32_t> open;  // boxes that go on, in the order in which the next part inherits them
+  std::vector<std::uint32_t> open;  // boxes that continue, in the order in which the next part inherits them
 };
 
-/// A box lasts as long as its rectangle belongs to the section: as CudbSweep, but in the order in which boxes
-/// begin. Throws TooMany if there are more than `most`.
+/// Sweeps a part. A box lasts as long as its rectangle belongs to the section: as in CudbSweep, but in the
+/// order in which boxes begin. Throws TooMany if there are more than `most` boxes.
 Part sweep(const Planes& planes, std::uint64_t most) {
   using Rectangle = SectionRectangle<std::uint32_t>;
   Part part;
@@ -81,7 +81,7 @@ Part sweep(const Planes& planes, std::uint64_t most) {
   return part;
 }
 
-/// What the planes of some vertices change in the section: their symmetric difference.
+/// The change of the section across the planes of some vertices: the symmetric difference of the planes.
 ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
   ExtremeVertices<2> points;
   points.reserve(vertices.size());
@@ -91,9 +91,8 @@ ExtremeVertices<2> section_change(std::span<const OrderedPoint<3>> vertices) {
   return points;
 }
 
-/// Cuts the sweep into parts of whole planes, for as many threads as there are. None begins where the section
-/// is much larger than what the part sweeps, so that all sections together have no more than twice the
-/// vertices.
+/// Cuts the sweep into parts of whole planes, one for each thread. No part begins where the section is much
+/// larger than the part. All sections together therefore have at most twice as many vertices as the solid.
 std::vector<Planes> cut_sweep(const Evm& evm) {
   constexpr std::size_t kLeastVertices = 1 << 14;
   const std::size_t wanted = std::clamp<std::size_t>(evm.vertices.size() / kLeastVertices, 1, thread_count());
@@ -122,7 +121,7 @@ std::vector<Planes> cut_sweep(const Evm& evm) {
   return parts;
 }
 
-/// Throws TooMany if a part finds more than `most` boxes.
+/// Sweeps all parts. Throws TooMany if a part finds more than `most` boxes.
 std::vector<Part> sweep_in_parts(const Evm& evm, std::uint64_t most) {
   const std::vector<Planes> planes = cut_sweep(evm);
   std::vector<Part> parts(planes.size());
@@ -134,7 +133,7 @@ std::vector<Part> sweep_in_parts(const Evm& evm, std::uint64_t most) {
 
 /// Appends the boxes of parts in order.
 void join_parts(std::vector<Part> parts, std::vector<OrdinalBox>& boxes) {
-  std::vector<std::uint32_t> open;  // by inherited box of the next part
+  std::vector<std::uint32_t> open;  // by box that the next part inherits
   for (Part& part : parts) {
     const std::size_t shift = boxes.size() - part.inherited;
     if (part.boxes.size() + shift > kMostBoxes) throw_too_many();
@@ -166,7 +165,7 @@ Decomposition decompose(const Evm& evm, BoxModel model) {
     }
   } else {
     const std::uint64_t count =
-        count_boxes(evm, model, kMostBoxes);  // they may be far more than the vertices
+        count_boxes(evm, model, kMostBoxes);  // there may be far more boxes than vertices
     if (count > kMostBoxes) throw_too_many();
     with_memory("the decomposition", count * sizeof(OrdinalBox), [&] { result.boxes.reserve(count); });
     find_oudb(evm, [&](const OrderedPoint<3>& lo, const OrderedPoint<3>& hi) {
@@ -218,7 +217,7 @@ bool hold_int32(const Axes& axes) {
 BoxSet to_boxes(const Decomposition& decomposition) {
   validate(decomposition.order);
   const std::vector<OrdinalBox>& boxes = decomposition.boxes;
-  std::array<std::size_t, 3> place{};  // of x, y, z in the order
+  std::array<std::size_t, 3> place{};  // where x, y, z are in the order
   for (std::size_t i = 0; i < 3; ++i) place[decomposition.order[i]] = i;
   const auto convert = [&]<class T>(std::vector<BoxOf<T>> result) {
     with_memory("the boxes", boxes.size() * sizeof(BoxOf<T>), [&] { result.resize(boxes.size()); });

@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-/// Appends the vertices of a plane at `ordinal`.
+/// Appends the vertices of a plane at the ordinal `ordinal`.
 template <std::size_t D>
 void append_plane(std::uint32_t ordinal, const ExtremeVertices<D>& plane, ExtremeVertices<D + 1>& vertices) {
   for (const OrderedPoint<D>& p : plane) {
@@ -23,7 +23,8 @@ void append_plane(std::uint32_t ordinal, const ExtremeVertices<D>& plane, Extrem
   }
 }
 
-/// The operation in D dimensions: section by section, whose differences are the planes of the result.
+/// The operation in D dimensions, section by section. The differences of the sections are the planes of the
+/// result.
 template <std::size_t D>
 class Combination {
  public:
@@ -52,7 +53,7 @@ class Combination {
   ExtremeVertices<D - 1> section_, next_, plane_;  // of the result
 };
 
-/// On a line: an end of an interval of the result lies where its value changes.
+/// The operation on a line: the result has an end of an interval wherever its value changes.
 template <>
 class Combination<1> {
  public:
@@ -76,10 +77,11 @@ class Combination<1> {
   unsigned table_;
 };
 
-/// Appends the contour vertices on line y between the intervals below and above it, all by their ends.
+/// Appends the contour vertices on line y. `below` and `above` are the ends of the intervals below and above
+/// it.
 void append_contour(const ExtremeVertices<1>& below, const ExtremeVertices<1>& above, std::uint32_t y,
                     std::vector<ContourVertex>& contour) {
-  unsigned before = 0;  // on the left: below + 4 * above, the quadrants x = 0
+  unsigned before = 0;  // quadrants x = 0: below + 4 * above
   for (std::size_t i = 0, j = 0; i < below.size() || j < above.size();) {
     const std::uint32_t x = std::min(i < below.size() ? below[i][0] : Axis::kOrdinalMax,
                                      j < above.size() ? above[j][0] : Axis::kOrdinalMax);
@@ -220,7 +222,7 @@ Evm combine(const Evm& p, const Evm& q, BooleanOperation operation) {
 
 Solid make_solid(const Evm& evm) {
   Evm zyx = reorder(evm, {2, 1, 0});
-  std::vector<std::uint32_t> distinct;  // x, whose positions are small enough for sets as bitmaps
+  std::vector<std::uint32_t> distinct;  // distinct x; their positions are small enough for bitmaps
   for (const OrderedPoint<3>& p : zyx.vertices) distinct.push_back(p[2]);
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());

@@ -11,19 +11,19 @@
 
 namespace boxunion {
 
-/// Which pairs of faces a FaceJoin gives.
+/// Which pairs of faces a FaceJoin reports.
 enum class FacePairs {
   all,
-  enough  ///< as many as connect the same faces: of n faces about n, where there may be n^2 pairs
+  enough  ///< enough to connect the same faces: about n pairs for n faces, which may have n^2
 };
 
 /// Joins the faces of boxes that end in a plane with those of boxes that begin there, by a sweep along p. A
-/// face is a rectangle [p_lo, p_hi] x [q_lo, q_hi]. Those of one side do not overlap each other, so those
-/// that cross the line of the sweep are sorted by q. n faces and pairs take O(n log n) time.
+/// face is a rectangle [p_lo, p_hi] x [q_lo, q_hi]. Faces of one side do not overlap, so those on the line of
+/// the sweep are sorted by q. Takes O(n log n) time for n faces and pairs.
 template <class Face, FacePairs kPairs = FacePairs::all>
 class FaceJoin {
  public:
-  /// Whether faces that only touch on p, or on q, count as well.
+  /// `touch_p`, `touch_q`: whether faces that only touch on p, or on q, make a pair.
   FaceJoin(bool touch_p, bool touch_q) : touch_p_(touch_p), touch_q_(touch_q) {}
 
   /// Begins a plane.
@@ -32,8 +32,8 @@ class FaceJoin {
     above_.clear();
   }
 
-  /// Takes the faces of both sides that begin at the next p, sorted by q. Calls add(below, above) for their
-  /// pairs with each other and with those before.
+  /// Takes the faces of both sides that begin at the next p, sorted by q. Calls add(below, above) for each of
+  /// their pairs, with each other and with earlier faces.
   template <class Add>
   void advance(std::span<const Face> below, std::span<const Face> above, Add&& add) {
     for (const Face& f : below) {
@@ -46,13 +46,13 @@ class FaceJoin {
     above_.insert(above);
   }
 
-  /// The work so far: how many faces it has looked at.
+  /// The work so far: the number of faces looked at.
   std::uint64_t steps() const { return steps_; }
 
  private:
   class Line;
 
-  /// Of faces that begin at f's low end of p, sorted by q.
+  /// Calls add for the faces of `begun`, sorted by q, that overlap f.
   template <class Add>
   void for_each_overlap(const Face& f, std::span<const Face> begun, Add&& add) {
     Interruptible::check();
@@ -62,8 +62,8 @@ class FaceJoin {
     for (auto i = first; i != begun.end() && !is_behind(*i, f); ++i, ++steps_) add(*i);
   }
 
-  /// Of `line`, which has faces that begin before. Those that the sweep has left are removed, so that they
-  /// are in the way once.
+  /// Calls add for the faces of `line`, which began earlier, that overlap f. Removes faces that the sweep has
+  /// left, so that each is in the way only once.
   template <class Add>
   void for_each_overlap(const Face& f, Line& line, Add&& add) {
     Interruptible::check();
@@ -97,11 +97,11 @@ class FaceJoin {
 
 // ---- implementation ----
 
-/// Faces that the sweep has reached, sorted by q. Those that it has left stay until they are in the way or
-/// have become too many.
+/// The faces on the line of the sweep, sorted by q. Faces that the sweep has left stay until they are in the
+/// way or there are too many.
 ///
-/// Where not all pairs are wanted, neighbors that are known to be connected make up a run, of which one is
-/// as good as all. A run that a face reaches joins the run before it, so runs are passed once.
+/// For FacePairs::enough, neighbors that are known to be connected form a run, and one pair stands for the
+/// whole run. A run that a new face touches is joined to the run before it, so each run is passed once.
 template <class Face, FacePairs kPairs>
 class FaceJoin<Face, kPairs>::Line {
  public:
@@ -114,7 +114,7 @@ class FaceJoin<Face, kPairs>::Line {
     heads_.clear();
   }
 
-  /// Adds faces, sorted by q, in the place of those that lie there.
+  /// Adds faces, sorted by q, and removes the old ones that overlap them.
   void insert(std::span<const Face> begun) {
     Place place;
     for (const Face& f : begun) {
@@ -140,7 +140,7 @@ class FaceJoin<Face, kPairs>::Line {
     heads_.replace({}, 0, all);
   }
 
-  /// Returns the place behind.
+  /// Removes a face and returns the place behind it.
   Place remove(Place i) {
     const Q q = faces[i].q_lo;
     i = faces.replace(i, 1, {});
@@ -149,7 +149,7 @@ class FaceJoin<Face, kPairs>::Line {
     return i;
   }
 
-  /// The next place to look at behind i, whose run joins the one before it, or not.
+  /// The next place to look at after i. If `joins`, the run of i is joined to the run before it.
   Place next(Place i, bool joins) {
     if constexpr (kPairs == FacePairs::all) return faces.next(i);
     const Q q = faces[i].q_lo;
@@ -172,7 +172,7 @@ class FaceJoin<Face, kPairs>::Line {
     return true;
   }
 
-  SortedChunks<Q> heads_;  // the low ends of the first faces of all runs
+  SortedChunks<Q> heads_;  // the low end of the first face of each run
   std::size_t limit_ = 64;
 };
 

@@ -13,30 +13,30 @@
 
 namespace boxunion {
 
-/// A rectangle of a section, on B and C, and what its maker wants to remember of it.
+/// A rectangle of a section, on B and C, and a mark for its owner.
 template <class C>
 struct SectionRectangle {
   C b_lo, c_lo, b_hi, c_hi;
   C mark;
 };
 
-/// A rectangle that a plane of vertices flips, or bounds of some.
+/// A rectangle that a plane of vertices flips, or the bounds of several.
 template <class C>
 struct SectionCell {
   C b_lo, c_lo, b_hi, c_hi;
 };
 
-/// Do they have a point in common? All are closed here.
+/// True if they have a point in common. Both are closed.
 template <class C>
 bool touch(const SectionRectangle<C>& r, const SectionCell<C>& cell) {
   return (r.b_hi >= cell.b_lo) & (r.c_lo <= cell.c_hi) & (r.c_hi >= cell.c_lo) & (r.b_lo <= cell.b_hi);
 }
 
-/// Some cells, drawn into 64 x 64 squares: which rectangles of a list may touch any of them.
+/// A filter for rectangles that may touch any of some cells, which are drawn on a grid of 64 x 64 squares.
 template <class C>
 class CellGrid {
  public:
-  /// Takes the cells, at least one; best sorted by b_lo.
+  /// Takes the cells, at least one; fastest if they are sorted by b_lo.
   void assign(std::span<const SectionCell<C>> cells) {
     bounds_ = cells[0];
     for (const SectionCell<C>& cell : cells)
@@ -58,7 +58,7 @@ class CellGrid {
     }
   }
 
-  /// False if a rectangle touches no cell. Its b_lo is not below that of the one before.
+  /// False if a rectangle touches no cell. The rectangles must come in ascending order of b_lo.
   bool may_touch(const SectionRectangle<C>& r) {
     while (next_ < spans_.size() && spans_[next_].hi < r.b_lo) ++next_;
     if (next_ == spans_.size() || r.b_hi < spans_[next_].lo || !touch(r, bounds_)) return false;
@@ -72,7 +72,7 @@ class CellGrid {
   static constexpr std::size_t kSquares = 64;
 
   std::size_t row(C b) const { return std::size_t((b - bounds_.b_lo) >> b_shift_); }
-  /// A bit for each column that [c_lo, c_hi] meets.
+  /// The columns that [c_lo, c_hi] touches, one bit for each.
   std::uint64_t columns(C c_lo, C c_hi) const {
     const std::uint64_t all = ~std::uint64_t{0};
     return all << ((c_lo - bounds_.c_lo) >> c_shift_) & all >> (63 - ((c_hi - bounds_.c_lo) >> c_shift_));
@@ -83,18 +83,19 @@ class CellGrid {
   };
 
   SectionCell<C> bounds_{};
-  std::vector<Span> spans_;  // on B, closed, in order: outside of them is no cell
+  std::vector<Span> spans_;  // on B, closed and sorted; together they cover all cells
   std::size_t next_ = 0;     // the first that does not end below
   int b_shift_ = 0, c_shift_ = 0;
   std::array<std::uint64_t, kSquares> rows_{};
 };
 
-/// Tells which rectangles of a list touch any of some cells, which may overlap: n rectangles and m cells in
-/// O((n + m) log m).
+/// Finds the rectangles that touch any of some cells, which may overlap. Takes O((n + m) log m) time for n
+/// rectangles and m cells.
 ///
-/// The rectangles are asked for in descending order of b_lo, so the cells with b_hi >= b_lo are taken in on
-/// the way. Of these, those that are met on C have to begin at b_hi or below: a tree over the gaps between
-/// the cells' ends on C knows the lowest b_lo in any range of them.
+/// The rectangles come in descending order of b_lo, and the cells with b_hi >= b_lo are inserted on the way.
+/// A rectangle touches one of these if, among those that it meets on C, the lowest b_lo is at most the
+/// rectangle's b_hi. A tree over the gaps between the ends of the cells on C gives the lowest b_lo in any
+/// range of gaps.
 template <class C>
 class CellReach {
  public:
@@ -113,7 +114,7 @@ class CellReach {
     whole_.assign(2 * leaves_, kNone);
   }
 
-  /// Does a rectangle touch a cell? Its b_lo is not above that of the one before.
+  /// True if a rectangle touches a cell. The rectangles must come in descending order of b_lo.
   bool touches(const SectionRectangle<C>& r) {
     for (; !cells_.empty() && cells_.back().b_hi >= r.b_lo; cells_.pop_back()) insert(cells_.back());
     if (r.c_hi < ends_.front() || r.c_lo > ends_.back()) return false;
@@ -149,7 +150,7 @@ class CellReach {
       for (std::size_t i = leaf / 2; i > 0; i /= 2) lowest_[i] = std::min(lowest_[i], cell.b_lo);
   }
 
-  /// The lowest b_lo of the cells taken in that cover any of the gaps first .. last - 1.
+  /// The lowest b_lo of the inserted cells that cover any of the gaps first .. last - 1.
   C lowest(std::size_t first, std::size_t last) const {
     C found = kNone;
     const std::size_t begin = leaves_ + first, end = leaves_ + last;
@@ -162,10 +163,10 @@ class CellReach {
     return found;
   }
 
-  std::vector<SectionCell<C>> cells_, sorting_;  // not taken in yet, by b_hi
+  std::vector<SectionCell<C>> cells_, sorting_;  // not yet inserted, by b_hi
   std::vector<C> ends_, order_;                  // on C, distinct
   std::size_t leaves_ = 0;
-  std::vector<C> lowest_, whole_;  // by node: b_lo of cells that cover any of its gaps, and all of them
+  std::vector<C> lowest_, whole_;  // by node: lowest b_lo of cells that cover any of its gaps, or all
 };
 
 }  // namespace boxunion

@@ -25,7 +25,7 @@ std::size_t SectionRectangles<C>::bytes() const {
                           window_, begin_points_, end_points_, plane_points_, flips_);
 }
 
-/// Takes planes from the front until they are a batch. Returns how many vertices these have.
+/// Takes planes from the front until they make up a batch. Returns the number of their vertices.
 template <class C>
 std::size_t SectionRectangles<C>::take_batch(std::span<const Vertex> vertices) {
   const std::size_t wanted = batch();
@@ -43,7 +43,8 @@ std::size_t SectionRectangles<C>::take_batch(std::span<const Vertex> vertices) {
   return count;
 }
 
-/// Adds the cells of plane_: its own rectangles, or one round all where it is larger than the section.
+/// Adds the cells of plane_: its own rectangles, or one around all of them if the plane is larger than the
+/// section.
 template <class C>
 void SectionRectangles<C>::add_cells() {
   if (plane_.size() <= 4 || plane_.size() >= rectangles_.size()) {
@@ -59,7 +60,7 @@ void SectionRectangles<C>::add_cells() {
   }
 }
 
-/// True if to look at all rectangles for each of these planes costs little.
+/// True if it costs little to look at all rectangles for each of these planes.
 template <class C>
 bool SectionRectangles<C>::is_small(std::size_t first, std::size_t last, std::size_t rectangles) const {
   constexpr std::size_t kFewPlanes = 8, kLooks = 64;  // a look at a rectangle takes about a nanosecond
@@ -67,8 +68,8 @@ bool SectionRectangles<C>::is_small(std::size_t first, std::size_t last, std::si
   return last - first <= kFewPlanes || (last - first) * rectangles <= kLooks * vertices;
 }
 
-/// Moves the rectangles that planes first .. last - 1 touch from `list` to `touched`; where it is one plane,
-/// perhaps some more, a few for each cell.
+/// Moves the rectangles that planes first .. last - 1 touch from `list` to `touched`. For more than one
+/// plane, it may move some more: a few for each cell.
 template <class C>
 void SectionRectangles<C>::take_touched(std::size_t first, std::size_t last, std::vector<Rectangle>& list,
                                         std::vector<Rectangle>& touched) {
@@ -106,7 +107,7 @@ void SectionRectangles<C>::take_touched(std::size_t first, std::size_t last, std
   take_marked(count, list, touched);
 }
 
-/// Moves those of the first `count` rectangles of a list that are marked in touches_.
+/// Of the first `count` rectangles of a list, moves those that are marked in touches_.
 template <class C>
 void SectionRectangles<C>::take_marked(std::size_t count, std::vector<Rectangle>& list,
                                        std::vector<Rectangle>& taken) {
@@ -125,14 +126,14 @@ void SectionRectangles<C>::take_marked(std::size_t count, std::vector<Rectangle>
   list.erase(out, list.begin() + std::ptrdiff_t(count));
 }
 
-/// Takes the vertices of a plane.
+/// Sets plane_ to the vertices of a plane, without A.
 template <class C>
 void SectionRectangles<C>::project(std::span<const Vertex> plane) {
   plane_.clear();
   for (const Vertex& v : plane) plane_.push_back({v[1], v[2]});
 }
 
-/// Sweeps a line along B through the touched rectangles and the plane that changes them, plane_.
+/// Sweeps a line along B through the touched rectangles and plane_, and makes the new rectangles.
 template <class C>
 void SectionRectangles<C>::renew(std::span<const Rectangle> touched) {
   steps_ += touched.size() + plane_.size();
@@ -167,8 +168,8 @@ void SectionRectangles<C>::renew(std::span<const Rectangle> touched) {
   steps_ += renewed_.size();
 }
 
-/// The points that are in one of begin_points_, end_points_ and plane_points_, or in all. Behind the last of
-/// each comes kEnd.
+/// The points that are in one or all three of begin_points_, end_points_ and plane_points_. kEnd follows the
+/// last point of each.
 template <class C>
 void SectionRectangles<C>::find_flips() {
   for (std::vector<C>* points : {&begin_points_, &end_points_, &plane_points_}) points->push_back(kEnd);
@@ -186,16 +187,16 @@ void SectionRectangles<C>::find_flips() {
   flips_.push_back(kEnd);
 }
 
-/// Flips the intervals between points 0 and 1, 2 and 3, ... of flips_ on the line. Intervals that touch one
-/// of these end here or begin here, the others go on.
+/// Flips the intervals between points 0 and 1, 2 and 3, ... of flips_ on the line. Intervals that touch a
+/// flip end or begin here; the others continue.
 template <class C>
 void SectionRectangles<C>::change_line(C b) {
   Place place;
   for (const C* flip = flips_.data(); *flip != kEnd;) place = change_intervals(b, place, flip);
 }
 
-/// The same for the next flip, and all that touch each other by way of intervals. All intervals that the line
-/// has before `place` end below the flip. Returns the place behind what has changed.
+/// The same for the next flip and all flips connected to it through intervals. All intervals before `place`
+/// end below the flip. Returns the place behind the change.
 template <class C>
 auto SectionRectangles<C>::change_intervals(C b, Place place, const C*& flip) -> Place {
   const C lowest = *flip;
@@ -235,7 +236,7 @@ auto SectionRectangles<C>::change_intervals(C b, Place place, const C*& flip) ->
   return line_.replace(first, count, window_);
 }
 
-/// Merges sorted rectangles into a list.
+/// Merges sorted rectangles into a sorted list.
 template <class C>
 void SectionRectangles<C>::put_back(std::span<const Rectangle> rectangles, std::vector<Rectangle>& list) {
   std::size_t rest = list.size(), out = rest + rectangles.size();

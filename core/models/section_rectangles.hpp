@@ -15,25 +15,26 @@
 
 namespace boxunion {
 
-/// The section of a sweep along A, cut into rectangles along C: from every vertex of the section a cut runs
-/// along C through the inside. (Of each line between lines of vertices these are its intervals, equal
-/// neighbors along B merged: what CUDB does to a slice.)
+/// The section of a sweep along A, cut into rectangles. From every vertex of the section, a cut runs along C
+/// through the inside. (These are the intervals between neighboring lines of vertices, with equal neighbors
+/// along B merged: what CUDB does to a slice.)
 ///
-/// A plane of vertices changes only rectangles that touch the region that it flips; these are taken apart and
-/// made anew. Each of them changes or has a vertex of the solid, so they are no more than what goes in and
-/// comes out. To find them without a look at the whole section for every plane, planes are passed in batches
-/// as large as the section. What touches none of a batch is set aside; then the same with each half of the
-/// batch and what is left, down to a few planes or rectangles. So a sweep takes O(n log^2 n) time for n
-/// vertices and boxes. Coordinates are of type C: ordinals, or the 64-bit numbers of OrderedPoint.
+/// A plane of vertices changes only rectangles that touch the region that it flips. These are taken apart and
+/// made anew. Each of them changes or has a vertex of the solid, so their number is bounded by input and
+/// output. To find them without looking at the whole section for every plane, planes are passed in batches as
+/// large as the section. Rectangles that touch nothing of a batch are set aside. The same is done with each
+/// half of the batch and the remaining rectangles, down to a few planes or rectangles. A sweep therefore
+/// takes O(n log^2 n) time for n vertices and boxes. Coordinates are of type C: ordinals, or the 64-bit
+/// numbers of OrderedPoint.
 template <class C>
 class SectionRectangles {
  public:
   using Rectangle = SectionRectangle<C>;
   using Vertex = OrderedPoint<3, C>;
 
-  /// Passes the planes of some vertices, sorted. Of each, calls begin(rectangle, a) for every new rectangle,
-  /// in the order of their low corners, which gives its mark, and end(rectangle, a) for every one that is no
-  /// more.
+  /// Passes the planes of some sorted vertices. For each plane, calls begin(rectangle, a) for every new
+  /// rectangle, in the order of their low corners, and end(rectangle, a) for every rectangle that ends. begin
+  /// returns the mark of the rectangle.
   template <class Begin, class End>
   void pass(std::span<const Vertex> vertices, Begin&& begin, End&& end) {
     while (!vertices.empty()) {
@@ -42,27 +43,27 @@ class SectionRectangles {
     }
   }
 
-  /// All of the section, sorted by their low corners.
+  /// The whole section, sorted by low corners.
   std::span<const Rectangle> all() const { return rectangles_; }
-  /// So many vertices make up a batch, or more, where they are there.
+  /// The number of vertices of a batch, if there are so many; whole planes may make it more.
   std::size_t batch() const { return std::max(kLeastBatch, rectangles_.size()); }
-  /// The memory that it holds.
+  /// The bytes that it holds.
   std::size_t bytes() const;
-  /// The work so far: how many rectangles, cells and vertices it has looked at.
+  /// The work so far: the number of rectangles, cells and vertices looked at.
   std::uint64_t steps() const { return steps_; }
 
  private:
   static constexpr C kEnd = std::numeric_limits<C>::max();  // above every coordinate
   static constexpr std::size_t kLeastBatch = 1 << 10;
-  static constexpr std::size_t kMostDepth = 64;  // of halves of a batch
+  static constexpr std::size_t kMostDepth = 64;  // of halving a batch
 
   using Cell = SectionCell<C>;
-  /// A plane of the batch; the next one tells where its vertices and cells end.
+  /// A plane of the batch. Its vertices and cells end where those of the next plane begin.
   struct Plane {
     const Vertex* vertices;
     std::size_t cell;
   };
-  /// A rectangle on the line that sweeps along B.
+  /// A rectangle on the line of the sweep along B.
   struct Interval {
     C c_lo, c_hi;
     std::size_t rectangle;  // in renewed_
@@ -92,12 +93,13 @@ class SectionRectangles {
   void compare(C a, Begin&& begin, End&& end);
   void put_back(std::span<const Rectangle> rectangles, std::vector<Rectangle>& list);
 
-  std::vector<Rectangle> rectangles_;  // sorted by their low corners, as all lists of them here
+  std::vector<Rectangle> rectangles_;  // sorted by low corners, like all lists of them here
   std::uint64_t steps_ = 0;
 
-  std::vector<Plane> planes_;                             // of the batch, and one behind them
-  std::vector<Cell> cells_;                               // of the regions that these flip
-  std::array<std::vector<Rectangle>, kMostDepth> parts_;  // by depth: what a half of a batch touches
+  std::vector<Plane> planes_;  // of the batch, and one behind them
+  std::vector<Cell> cells_;    // of the regions that the planes flip
+  std::array<std::vector<Rectangle>, kMostDepth>
+      parts_;  // by depth: rectangles that a half of a batch touches
   CellGrid<C> grid_;
   CellReach<C> reach_;
   std::vector<std::uint8_t> touches_;
@@ -107,12 +109,12 @@ class SectionRectangles {
   std::vector<HighEnd> ends_, sorting_;  // of the touched rectangles, sorted
   SortedChunks<Interval> line_;
   std::vector<Interval> window_;
-  std::vector<C> begin_points_, end_points_, plane_points_, flips_;  // of a line
+  std::vector<C> begin_points_, end_points_, plane_points_, flips_;  // on a line
 };
 
 // ---- implementation ----
 
-/// Passes planes first .. last - 1 of the batch; `list` has all rectangles that these touch, and others.
+/// Passes planes first .. last - 1 of the batch. `list` has all rectangles that these touch, and others.
 template <class C>
 template <class Begin, class End>
 void SectionRectangles<C>::pass_planes(std::size_t first, std::size_t last, std::vector<Rectangle>& list,
