@@ -12,24 +12,25 @@ namespace {
 
 constexpr std::uint32_t kNone = Points::kNone;
 
-/// A corner of a face: where its loop passes a vertex.
+/// A corner of a face, at a vertex of its loop.
 struct Corner {
   std::uint32_t vertex;    // position in the plane
-  Quadrant quadrant;       // one that the face fills there
-  std::uint32_t beside;    // a corner of the same face on a lower loop, if this may be a hole's first
+  Quadrant quadrant;       // a quadrant that the face fills there
+  std::uint32_t beside;    // a corner of the same face on a lower loop, if this may be a hole's first corner
   std::uint32_t loop;      // kNone until it is found
-  std::uint32_t next = 0;  // corner on the loop, counter-clockwise seen from the axis' positive side
+  std::uint32_t next = 0;  // next corner on the loop, counter-clockwise seen from the positive side
 };
 
-/// Links the corners of all faces of one plane and direction: the ends of an interval are edges, and remember
-/// the corner whence they come. Corners come in order of row and column, so a loop's first is its lowest.
+/// Links the corners of all faces of one plane and direction. The ends of an interval are edges; each
+/// remembers the corner where it came from. Corners come in order of row and column, so the first corner of a
+/// loop is its lowest.
 class CornerLinks {
  public:
   struct Interval {
     std::uint32_t left, right;
   };
 
-  /// For a sweep of so many vertices.
+  /// Prepares for a sweep of so many vertices.
   void reset(std::size_t vertices) {
     if (corners_.size() < 2 * vertices) corners_.resize(2 * vertices);
     count_ = 0;
@@ -76,17 +77,17 @@ class CornerLinks {
   }
   void link(std::uint32_t from, std::uint32_t to) { corners_[from].next = to; }
 
-  Array<Corner> corners_;  // at most two a vertex
+  Array<Corner> corners_;  // at most two per vertex
   std::uint32_t count_ = 0;
 };
 
-/// The faces of some planes, with offsets from the first of them.
+/// The faces of some planes. Offsets count from the first of these faces.
 struct FacePart {
   Array<std::uint32_t> loop_points;
   std::vector<std::uint32_t> loop_ends, face_ends;
   std::vector<std::uint8_t> direction;
 
-  /// For planes with so many vertices. Most are a corner of one face an axis.
+  /// Reserves memory for planes with so many vertices. Most vertices are a corner of one face per axis.
   void reserve(std::size_t vertices) {
     loop_points.reserve(vertices * 5 / 4);
     for (auto* ends : {&loop_ends, &face_ends}) ends->reserve(vertices / 4);
@@ -127,7 +128,7 @@ class PlaneFaces {
     std::uint32_t begin, end;  // in loop_points
   };
 
-  /// The one loop of a side that is a rectangle.
+  /// Writes the only loop of a side whose face is a rectangle.
   void write_rectangle(unsigned side, Array<std::uint32_t>& points) {
     constexpr std::array<std::array<std::uint32_t, 4>, 2> order = {{{0, 1, 3, 2}, {0, 2, 3, 1}}};
     const auto begin = static_cast<std::uint32_t>(points.size());
@@ -135,9 +136,9 @@ class PlaneFaces {
     loops_.assign(1, {0, begin, begin + 4});
   }
 
-  /// Finds the loops, writes their points, and returns how many faces they belong to. A loop's lowest corner
-  /// tells what it is: of an outer loop it is the start of an interval, of a hole it splits one, whose left
-  /// end then lies on a loop of the same face that begins lower still.
+  /// Finds the loops, writes their points, and returns the number of faces. The lowest corner of a loop tells
+  /// what it is. That of an outer loop starts an interval. That of a hole splits an interval, whose left end
+  /// then lies on a loop of the same face that begins lower still.
   std::uint32_t write_loops(unsigned side, Array<std::uint32_t>& points) {
     const std::span<Corner> corners = links_.corners();
     const bool keep = points_->contacts() == NonManifold::keep;
@@ -207,7 +208,7 @@ class PlaneFaces {
   std::vector<std::uint32_t> unsorted_;
 };
 
-/// Appends offsets of a part, moved by what came before it.
+/// Appends the offsets of a part, shifted by the size of the parts before it.
 void append_moved(std::span<std::uint32_t> to, std::span<const std::uint32_t> ends, std::size_t before) {
   for (std::size_t i = 0; i < ends.size(); ++i) to[i] = static_cast<std::uint32_t>(before + ends[i]);
 }

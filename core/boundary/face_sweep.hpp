@@ -13,13 +13,13 @@ namespace boxunion {
 
 namespace detail {
 
-/// The intervals of a sweep by the column of their left ends, where there are few at a time.
+/// The intervals of a sweep by the column of their left ends, for few intervals at a time.
 template <class Interval, std::size_t most>
 class FewIntervals {
  public:
-  /// The interval that begins at a column, where one does.
+  /// The interval that begins at a column, which must have one.
   Interval& at(std::uint32_t column) { return intervals_[place(column)]; }
-  /// Takes it out.
+  /// Removes and returns it.
   Interval take(std::uint32_t column) {
     const std::size_t i = place(column);
     const Interval interval = intervals_[i];
@@ -27,7 +27,7 @@ class FewIntervals {
     intervals_[i] = intervals_[size_];
     return interval;
   }
-  /// The last one that begins left of a column, where there is one.
+  /// The last interval that begins left of a column. There must be one.
   Interval& below(std::uint32_t column) {
     std::size_t last = 0;
     while (columns_[last] >= column) ++last;
@@ -52,7 +52,7 @@ class FewIntervals {
   std::array<Interval, most> intervals_;
 };
 
-/// The same for many at a time; columns are less than a bound.
+/// The same for many intervals at a time. Columns must be less than a bound.
 template <class Interval>
 class ManyIntervals {
  public:
@@ -81,39 +81,41 @@ class ManyIntervals {
 
 /// A vertex of a sweep.
 struct SweepVertex {
-  std::uint32_t id;  ///< what the events say
+  std::uint32_t id;  ///< passed to the events
   std::uint32_t column;
-  std::uint32_t quadrants;  ///< that faces fill; never none or all
+  std::uint32_t quadrants;  ///< filled by faces; never none or all
 };
 
 /// Sweeps the faces of one plane and direction, row by row from left to right.
 ///
-/// The line of the sweep is tilted a little, so that it meets one vertex at a time: left of it the line is
-/// already above the row, right of it still below. It cuts the faces into intervals. A vertex ends some of
-/// them and begins others, as the quadrants around it say that a face fills (bit 0: left below, 1: right
-/// below, 2: left above, 3: right above):
+/// The line of the sweep is tilted a little, so that it meets one vertex at a time. Left of that vertex the
+/// line is already above the row; right of it, the line is still below. The line cuts the faces into
+/// intervals. A vertex begins, changes or ends intervals. Which of them depends on the quadrants around it
+/// that a face fills (bit 0: left below, 1: right below, 2: left above, 3: right above). The visitor has a
+/// member for each event:
 ///
-///   start(i)           -> interval   only right above: an interval begins
-///   end(a, i)                        only left below: interval a ends
-///   left(a, i)                       the left end of interval a goes on from vertex i
-///   right(a, i)                      the right end does
-///   split(a, i)        -> interval   all but right above: a keeps its left part, the result is its right
-///   part merge(a, b, i)                   all but left below: a takes in b, which lies right of it
+///   event                   quadrants             effect
+///   start(i) -> interval    right above only      an interval begins
+///   end(a, i)               left below only       interval a ends
+///   left(a, i)              others                the left end of interval a continues from vertex i
+///   right(a, i)             others                the right end of interval a continues from vertex i
+///   split(a, i) -> interval all but right above   a keeps its left part; the result is its right part
+///   merge(a, b, i)          all but left below    a takes in b, which lies to its right
 ///
-/// At two diagonal quadrants two of these come, each for its own quadrant.
+/// Two diagonal quadrants cause two events, one for each quadrant.
 template <class Interval>
 class FaceSweep {
  public:
-  /// The most vertices of a small sweep.
+  /// The maximum number of vertices of a small sweep.
   static constexpr std::size_t kSmall = 64;
 
-  /// A range of SweepVertex in order of row and column, where every boundary edge of the faces runs between
-  /// neighbors on a row or column. Columns are less than `columns`, or anything if there are at most kSmall
-  /// vertices.
+  /// `vertices` is a range of SweepVertex in order of row and column. Every boundary edge of the faces runs
+  /// between neighbors on a row or column. Columns are less than `columns`, or arbitrary if there are at most
+  /// kSmall vertices.
   template <class Vertices, class Visitor>
   void run(const Vertices& vertices, std::uint32_t columns, Visitor&& visitor) {
     if (vertices.size() <= kSmall) {
-      // Every interval began at two vertices of its own.
+      // enough, because every interval began at two vertices of its own
       detail::FewIntervals<Interval, kSmall / 2> few;
       sweep(few, vertices, visitor);
     } else {

@@ -11,7 +11,7 @@ int sign(double x) {
   return (x > 0) - (x < 0);
 }
 
-/// a - b and whether that is exact (Knuth's two-sum; not where it overflows).
+/// The difference a - b, and whether it is exact (Knuth's two-sum; not valid if it overflows).
 struct Difference {
   double value;
   bool exact;
@@ -29,12 +29,12 @@ int detail::exact_orientation(const std::array<double, 2>& a, const std::array<d
   const Difference ux(b[0], a[0]), uy(b[1], a[1]), vx(c[0], a[0]), vy(c[1], a[1]);
   const double left = ux.value * vy.value, right = uy.value * vx.value;
 
-  // A difference has the right sign always, even if its product underflows.
+  // A difference always has the right sign, even if its product underflows.
   const int left_sign = sign(ux.value) * sign(vy.value), right_sign = sign(uy.value) * sign(vx.value);
   if (left_sign != right_sign || left_sign == 0) return sign(left_sign - right_sign);
 
-  // Exact factors, as on a lattice: products compare as their roundings do, and if these are equal as what
-  // was rounded off, which is a double unless it underflows.
+  // The factors are exact, as on a lattice. Then the products compare as their rounded values do. If these
+  // are equal, they compare as their rounding errors do, which are doubles unless they underflow.
   const bool factors_exact = ux.exact && uy.exact && vx.exact && vy.exact;
   if (factors_exact && std::isfinite(left) && std::isfinite(right) && std::abs(left) > 0x1p-900) {
     if (left != right) return sign(left - right);

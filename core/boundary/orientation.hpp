@@ -6,13 +6,13 @@
 namespace boxunion {
 
 namespace detail {
-/// orientation() where rounding may decide.
+/// orientation() for cases that rounding may decide.
 int exact_orientation(const std::array<double, 2>& a, const std::array<double, 2>& b,
                       const std::array<double, 2>& c);
 }  // namespace detail
 
-/// Which way a, b, c turn: 1 counter-clockwise, -1 clockwise, 0 if they are collinear. Exact for all finite
-/// doubles.
+/// The turn from a over b to c: 1 counter-clockwise, -1 clockwise, 0 if they are collinear. Exact for all
+/// finite doubles.
 inline int orientation(const std::array<double, 2>& a, const std::array<double, 2>& b,
                        const std::array<double, 2>& c) {
   // The sign of ux * vy - uy * vx. Rounding changes each product by a relative 2^-51 at most, if none

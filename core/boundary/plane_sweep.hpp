@@ -11,7 +11,7 @@
 
 namespace boxunion {
 
-/// Sweeps the faces of planes of a solid, see FaceSweep; events name vertices by their positions in the
+/// Sweeps the faces of planes of a solid; see FaceSweep. Events identify vertices by their positions in the
 /// plane.
 template <class Interval>
 class PlaneSweep {
@@ -26,7 +26,7 @@ class PlaneSweep {
     for (std::uint32_t i = 0; i < plane.size(); ++i) {
       const std::uint32_t column = is_small ? plane[i].column : columns_[i];
       const auto& quadrants = kFaceQuadrants[plane[i].mask][axis];
-      for (unsigned side = 0; side < 2; ++side) {  // no branch: nobody can predict which side it is
+      for (unsigned side = 0; side < 2; ++side) {  // branch-free, because the branch would be unpredictable
         *next[side] = {i, column, quadrants[side]};
         next[side] += quadrants[side] != 0;
       }
@@ -38,7 +38,8 @@ class PlaneSweep {
   std::span<const SweepVertex> vertices(unsigned side) const {
     return std::span(vertices_[side]).first(count_[side]);
   }
-  /// Is there one face, a rectangle? Then its vertices are lower left, lower right, upper left, upper right.
+  /// True if there is one face, a rectangle. Its vertices are then lower left, lower right, upper left, upper
+  /// right.
   bool is_rectangle(unsigned side) const {
     const auto& v = vertices_[side];
     return count_[side] == 4 && v[0].quadrants == 1u << right_above && v[1].quadrants == 1u << left_above &&

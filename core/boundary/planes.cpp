@@ -15,29 +15,29 @@ namespace {
 constexpr auto kWhat = "sorting the vertices into planes";
 constexpr std::size_t kGrain = 1 << 14;                             // vertices
 constexpr std::size_t kLeastChunk = 1 << 11, kMostChunk = 1 << 13;  // vertices
-constexpr std::uint32_t kCounted = 1 << 16;                         // so many counters fit a core's cache
+constexpr std::uint32_t kCounted = 1 << 16;  // so many counters fit the cache of a core
 
-/// An ordinal above a position.
+/// An ordinal in the high half, a position in the low half.
 using Keyed = std::uint64_t;
 
-/// A function object, so that sorting inlines it.
+/// A function object, so that sorting can inline it.
 constexpr auto ordinal_of = [](Keyed k) { return static_cast<std::uint32_t>(k >> 32); };
 
-/// Where the runs of equal ones among so many ordinals begin; there are at most `most` runs.
+/// The starts of the runs of equal ordinals among `count` ordinals. There are at most `most` runs.
 template <class Ordinal>
 std::vector<std::uint32_t> first_of_runs(std::size_t count, std::size_t most, Ordinal ordinal) {
   std::vector<std::uint32_t> first(std::min(count, most) + 1);
   std::size_t runs = 0;
   for (std::size_t i = 0; i < count; ++i) {
     first[runs] = static_cast<std::uint32_t>(i);
-    runs += i == 0 || ordinal(i) != ordinal(i - 1);  // no branch, which nobody could predict
+    runs += i == 0 || ordinal(i) != ordinal(i - 1);  // branch-free, because the branch would be unpredictable
   }
   first.resize(runs);
   return first;
 }
 
-/// Puts vertices into planes, stably: vertex(i) of the i-th one, in the plane of ordinal(i), which is below
-/// `ordinals`.
+/// Sorts vertices into planes, stably. Vertex i is vertex(i); its plane is that of ordinal(i), which is less
+/// than `ordinals`.
 template <class Ordinal, class VertexOf>
 class PlaneSort {
  public:
@@ -57,7 +57,7 @@ class PlaneSort {
  private:
   void by_counting() {
     if (count_ >= ordinals_) return by_counting(ordinals_, ordinal_);
-    // where many ordinals have no vertex, only those that do are counted
+    // if many ordinals have no vertex, count only those that have one
     std::vector<std::uint64_t> occurs(ordinals_ / 64 + 1);
     for (std::size_t i = 0; i < count_; ++i) occurs[ordinal_(i) / 64] |= std::uint64_t{1} << ordinal_(i) % 64;
     std::vector<std::uint32_t> rank(ordinals_);
@@ -68,11 +68,11 @@ class PlaneSort {
     by_counting(ranks, [&](std::size_t i) { return rank[ordinal_(i)]; });
   }
 
-  /// Vertex i belongs to key(i), which is less than `keys`.
+  /// Sorts by counting. Vertex i goes to key(i), which is less than `keys`.
   template <class Key>
   void by_counting(std::uint32_t keys, Key key) {
     const std::size_t chunks = std::clamp(count_ / kGrain, std::size_t(1), thread_count());
-    std::vector<std::uint32_t> places(chunks * keys);  // of a chunk's next vertex of a plane
+    std::vector<std::uint32_t> places(chunks * keys);  // of the next vertex of each plane, for each chunk
     const auto each_vertex = [&](auto&& f) {
       parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t chunk = first; chunk < last; ++chunk) {
@@ -91,7 +91,7 @@ class PlaneSort {
       const std::uint32_t before = sum;
       for (std::size_t place = k; place < places.size(); place += keys)
         sum += std::exchange(places[place], sum);
-      planes += sum != before;  // no branch: which ordinals have vertices nobody can predict
+      planes += sum != before;  // branch-free, because the branch would be unpredictable
     }
     order_.first.resize(planes);
     each_vertex([&](std::size_t i, std::uint32_t& place) { order_.vertices[place++] = vertex_(i); });
@@ -124,8 +124,8 @@ Planes make_planes(const Solid& solid) {
   const std::size_t count = all.size();
   if (count > std::numeric_limits<std::uint32_t>::max() - 1)
     throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 vertices");
-  // Sorted by z, y, x as the vertices are; stably by x makes that x, z, y, and stably by y then makes it y,
-  // x, z.
+  // The vertices are sorted by z, y, x. A stable sort by x gives x, z, y, and then a stable sort by y gives
+  // y, x, z.
   const auto sorted = [&](int axis, auto ordinal, auto vertex) {
     return PlaneSort(count, solid.axes[unsigned(axis)].count() + 1, ordinal, vertex)();
   };
@@ -143,7 +143,7 @@ Planes make_planes(const Solid& solid) {
         return PlaneVertex{static_cast<std::uint32_t>(i), all[i].y, all[i].z, all[i].mask};
       });
   const Array<PlaneVertex>& by_x = planes[0].vertices;
-  // of those by x, to be read in their order: in `all` each would be a read from anywhere
+  // a copy in the order by x; to read them from `all` would be random access
   auto x = make_array<std::uint32_t>(count, kWhat);
   parallel_ranges(0, planes[0].planes(), kGrain / 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {

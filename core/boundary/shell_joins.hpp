@@ -9,8 +9,8 @@
 
 namespace boxunion {
 
-/// The fan at which a loop of a face begins: the first point of an outer loop has the face right above it,
-/// that of a hole everywhere else (see find_faces).
+/// The fan at the first point of a loop of a face. At the first point of an outer loop, the face fills only
+/// the quadrant right above; at that of a hole, it fills all others (see find_faces).
 inline std::uint32_t fan_of_loop(const Solid& solid, const Fans& fans, const Faces& faces,
                                  NonManifold contacts, std::size_t face, std::uint32_t loop) {
   const std::uint32_t point = faces.loop_points[faces.first_point[loop]];
@@ -22,7 +22,7 @@ inline std::uint32_t fan_of_loop(const Solid& solid, const Fans& fans, const Fac
 }
 
 /// Calls join(fan, fan) for fans of one shell, from several threads: across all edges, and from the outer
-/// loop of every face to its holes. That joins all fans of a shell.
+/// loop of every face to its holes. This connects all fans of a shell.
 template <class Join>
 void join_shells(const Solid& solid, const Planes& planes, const Fans& fans, const Faces& faces,
                  NonManifold contacts, Join&& join) {

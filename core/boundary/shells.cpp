@@ -20,9 +20,9 @@ struct Rectangle {
   std::array<std::uint32_t, 2> lo, hi;
 };
 
-/// Points of the y-z plane that walls are painted over; asks which wall was last. A k-d tree in which a node
-/// paints all of its points at once. Later walls have higher tags, so the last one is the highest on the way
-/// to a point.
+/// Points of the y-z plane over which walls are painted, to find the last wall over each point. A k-d tree,
+/// in which a node paints all of its points at once. Later walls have higher tags, so the last wall over a
+/// point is the highest one.
 class PaintedPoints {
  public:
   using Point = std::array<std::uint32_t, 2>;
@@ -33,12 +33,12 @@ class PaintedPoints {
     for (std::uint32_t i = 0; i < nodes_.size(); ++i) places_[nodes_[i].name] = i;
   }
 
-  /// Paints a wall; tags ascend from 1.
+  /// Paints a wall. Tags ascend from 1.
   void paint(const Rectangle& wall, std::uint32_t tag) {
     paint(wall, tag, 0, nodes_.size(), 0, {{0, 0}, {Axis::kOrdinalMax, Axis::kOrdinalMax}});
   }
 
-  /// The tag of the last wall over a point, by its position in the constructor's list; 0 for none.
+  /// The tag of the last wall over a point, or 0. `point` is its position in the list of the constructor.
   std::uint32_t last(std::size_t point) const {
     const std::size_t place = places_[point];
     std::uint32_t tag = nodes_[place].own_tag;
@@ -55,7 +55,7 @@ class PaintedPoints {
   struct Node {
     Point at;
     std::uint32_t name;
-    std::uint32_t tag = 0, own_tag = 0;  // of all points of the subtree, and of this one
+    std::uint32_t tag = 0, own_tag = 0;  // of all points of the subtree, and of this point
   };
 
   void build(std::size_t first, std::size_t last, unsigned axis) {
@@ -68,7 +68,7 @@ class PaintedPoints {
     build(middle + 1, last, 1 - axis);
   }
 
-  /// `all` holds the points first .. last - 1, its upper sides included.
+  /// `all` holds the points first .. last - 1, including those on its upper sides.
   void paint(const Rectangle& wall, std::uint32_t tag, std::size_t first, std::size_t last, unsigned axis,
              const Rectangle& all) {
     if (first == last) return;
@@ -96,7 +96,8 @@ class PaintedPoints {
   std::vector<std::uint32_t> places_;
 };
 
-/// Cuts the faces of a plane towards -x into rectangles: f(rectangle, a fan of the face) for each.
+/// Cuts the faces of a plane towards -x into rectangles. Calls f(rectangle, fan) for each, with a fan of the
+/// face.
 template <class F>
 class Walls {
  public:
@@ -144,8 +145,8 @@ class Walls {
   F& f_;
 };
 
-/// For each of some points inside the solid, a fan of the wall towards -x that a ray from it in direction -x
-/// meets. The points lie just above the vertices on y and z.
+/// For each of some points inside the solid: a fan of the wall that a ray in direction -x meets. The points
+/// lie just above the vertices on y and z.
 std::vector<std::uint32_t> fans_left_of(const Solid& solid, const PlaneOrder& planes, const Fans& fans,
                                         std::span<const std::uint32_t> vertices) {
   std::vector<PaintedPoints::Point> points(vertices.size());
@@ -183,10 +184,11 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
   join_shells(solid, planes, fans, faces, contacts,
               [&](std::uint32_t a, std::uint32_t b) { sets.join(a, b); });
 
-  // At a shell's lowest vertex its edges lead upwards only, so either the octant above is filled, or it is
-  // empty and its three neighbors are filled: the shell encloses its body, or a cavity.
+  // At the lowest vertex of a shell, all edges lead upwards. Either the octant above is filled, and the shell
+  // encloses its body; or this octant is empty, its three neighbors are filled, and the shell encloses a
+  // cavity.
   Shells shells;
-  Array<std::uint32_t> shell_of(fans.count());  // of the lowest fan of each shell
+  Array<std::uint32_t> shell_of(fans.count());  // by the lowest fan of each shell
   std::vector<std::uint32_t> cavity_vertices, cavity_shells;
   for (std::uint32_t fan = 0; fan < fans.count(); ++fan) {
     if (!sets.is_lowest(fan)) continue;
@@ -207,7 +209,7 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
           shell_of[sets.find(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]))];
   });
 
-  // A ray from there towards -x runs inside the body until it meets a shell that begins lower.
+  // From there, a ray towards -x runs inside the body until it meets a shell that begins lower.
   shells.body.resize(shells.cavity.size());
   std::uint32_t bodies = 0;
   for (std::size_t shell = 0; shell < shells.body.size(); ++shell)

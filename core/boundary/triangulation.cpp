@@ -19,7 +19,7 @@ constexpr std::uint32_t kNone = Points::kNone;
   throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 1 triangles");
 }
 
-/// Where a face has a corner, seen so that its outer loop runs counter-clockwise.
+/// The position of a corner of a face, seen so that the outer loop runs counter-clockwise.
 struct Corner {
   std::array<double, 2> at;
   std::uint32_t point;
@@ -31,7 +31,7 @@ unsigned direction(const std::array<double, 2>& from, const std::array<double, 2
   return 2 * unsigned(from[vertical] > to[vertical]) + vertical;
 }
 
-/// The quadrants to the left of a loop, by the directions in which it comes to a point and leaves it.
+/// The quadrants to the left of a loop, by the directions in which the loop reaches and leaves a point.
 constexpr auto kQuadrantsLeft = [] {
   constexpr std::array<Quadrant, 4> counter_clockwise = {right_above, left_above, left_below, right_below};
   std::array<std::array<std::uint8_t, 4>, 4> quadrants{};
@@ -44,7 +44,7 @@ constexpr auto kQuadrantsLeft = [] {
   return quadrants;
 }();
 
-/// A corner on a chain, see Chains.
+/// A corner on a chain; see Chains.
 struct ChainNode {
   Corner corner;
   std::uint32_t previous, next;
@@ -53,12 +53,13 @@ struct ChainInterval {
   std::uint32_t left, right, last;  // nodes
 };
 
-/// Triangulates the faces of a sweep as it goes (Hertel and Mehlhorn, Fast triangulation of simple polygons,
+/// Triangulates the faces of a sweep on the way (Hertel and Mehlhorn, Fast triangulation of simple polygons,
 /// 1983). corner(i, quadrant) is the corner of a face at vertex i of the sweep that fills a quadrant there.
 ///
-/// Below an interval everything is cut off but a chain from the lower point of its left end to that of its
-/// right end, which turns clockwise or straight on everywhere. A new point sees the chain's end next to it,
-/// or, if it splits the interval, the highest point of the chain, which is the last one that came.
+/// Below an interval, everything is cut off except a chain from the lower point of its left end to that of
+/// its right end. The chain turns clockwise or goes straight on everywhere. A new point sees the end of the
+/// chain next to it. If it splits the interval, it sees the highest point of the chain, which is the last one
+/// that came.
 template <class CornerOf>
 class Chains {
  public:
@@ -69,7 +70,7 @@ class Chains {
       : nodes_(nodes), corner_(corner), mirrored_(mirrored), out_(out) {
     nodes_.clear();
   }
-  /// Where the triangles end.
+  /// The end of the triangles written so far.
   Triangle* out() const { return out_; }
 
   Interval start(std::size_t i) {
@@ -80,7 +81,7 @@ class Chains {
   void left(Interval& a, std::size_t i) { a.left = a.last = prepend(add(i, right_below), a.left); }
   void right(Interval& a, std::size_t i) { a.right = a.last = append(a.right, add(i, left_above)); }
   Interval split(Interval& a, std::size_t i) {
-    // The chain is cut at its last node, which becomes the end of both parts.
+    // Split the chain at its last node, which becomes the end of both parts.
     const std::uint32_t last = a.last, copy = add(nodes_[last].corner);
     Interval right_part = {copy, a.right == last ? copy : a.right, copy};
     link(copy, nodes_[last].next);
@@ -104,8 +105,8 @@ class Chains {
     if (a != kNone) nodes_[a].next = b;
     if (b != kNone) nodes_[b].previous = a;
   }
-  /// Puts node n at the right end of a chain that ends in b, or at the left end of one that begins with b,
-  /// and cuts off what it sees. Returns n.
+  /// Appends node n to the right end of a chain that ends in b, or to the left end of a chain that begins
+  /// with b. Cuts off the triangles that n sees. Returns n.
   std::uint32_t append(std::uint32_t b, std::uint32_t n) {
     for (std::uint32_t a; (a = nodes_[b].previous) != kNone && cut(a, b, n);) b = a;
     link(b, n);
@@ -116,7 +117,7 @@ class Chains {
     link(n, b);
     return n;
   }
-  /// Cuts off the triangle of three nodes if they turn counter-clockwise.
+  /// Cuts off the triangle of three nodes if they turn counter-clockwise, and returns whether it did.
   bool cut(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const Corner &p = nodes_[a].corner, &q = nodes_[b].corner, &r = nodes_[c].corner;
     if (orientation(p.at, q.at, r.at) <= 0) return false;
@@ -140,7 +141,7 @@ class FaceTriangulator {
     const auto loop = faces_->loop(outer);
     const unsigned direction = faces_->direction[face];
     const bool mirrored = direction % 2 == 1;
-    if (end == outer + 1 && loop.size() == 4) {  // a rectangle, cut as Chains would
+    if (end == outer + 1 && loop.size() == 4) {  // a rectangle, cut as in Chains
       const unsigned m = mirrored;
       out[0] = {loop[3 - 2 * m], loop[3 * m], loop[1 - m]};
       out[1] = {loop[3 - 2 * m], loop[1 + m], loop[2 + m]};
@@ -152,7 +153,7 @@ class FaceTriangulator {
     std::ranges::sort(corners_, [](const LoopCorner& a, const LoopCorner& b) {
       if (a.at[1] != b.at[1]) return a.at[1] < b.at[1];
       if (a.column != b.column) return a.column < b.column;
-      return a.quadrants < b.quadrants;  // an end before a start
+      return a.quadrants < b.quadrants;  // ends come before starts
     });
     swept_.clear();
     for (const LoopCorner& corner : corners_)
@@ -166,7 +167,7 @@ class FaceTriangulator {
  private:
   struct LoopCorner : Corner {
     std::uint32_t column;
-    std::uint8_t quadrants;  // which the face fills
+    std::uint8_t quadrants;  // filled by the face
   };
 
   void add_loop(std::uint32_t l, unsigned axis, bool mirrored) {
@@ -186,7 +187,7 @@ class FaceTriangulator {
     }
   }
 
-  /// Gives every corner its column; returns how many there are.
+  /// Gives every corner its column, and returns the number of columns.
   std::uint32_t rank_columns() {
     columns_.clear();
     for (const LoopCorner& corner : corners_) columns_.push_back(corner.at[0]);
@@ -207,13 +208,13 @@ class FaceTriangulator {
   std::vector<ChainNode> nodes_;
 };
 
-/// Triangulates the faces of one plane at a time, all that look in one direction at once.
+/// Triangulates the faces of one plane at a time, first those of one direction, then those of the other.
 class PlaneTriangulator {
  public:
   PlaneTriangulator(const Axes& axes, const Points& points)
       : coordinates_{Coordinates(axes[0]), Coordinates(axes[1]), Coordinates(axes[2])}, points_(&points) {}
 
-  /// Returns where the triangles end.
+  /// Returns the end of the triangles.
   Triangle* triangulate(int axis, std::span<const PlaneVertex> plane, Triangle* out) {
     const Coordinates &column = coordinates_[unsigned(axis + 1) % 3],
                       &row = coordinates_[unsigned(axis + 2) % 3];
@@ -238,7 +239,7 @@ class PlaneTriangulator {
   }
 
  private:
-  /// As Chains would.
+  /// Cuts a rectangle as Chains would.
   Triangle* cut_rectangle(int axis, unsigned side, std::span<const PlaneVertex> plane, Triangle* out) const {
     constexpr std::array<Quadrant, 4> inside = {right_above, left_above, right_below, left_below};
     std::array<std::uint32_t, 4> p;
@@ -255,7 +256,7 @@ class PlaneTriangulator {
   std::vector<ChainNode> nodes_;
 };
 
-/// How many triangles the faces of some planes normal to an axis have.
+/// The number of triangles of the faces of some planes normal to an axis.
 std::size_t count_triangles(int axis, std::span<const PlaneVertex> vertices) {
   std::size_t filled = 0;
   for (const PlaneVertex& v : vertices) filled += kFilledQuadrants[std::size_t(axis)][v.mask];
@@ -272,7 +273,7 @@ Triangulation triangulate(std::span<const Point> points, const Faces& faces) {
     result.triangles.resize(count);
     result.first.resize(faces.size() + 1);
   });
-  // Every face's n + 2 * holes - 2 come after those of the faces before it.
+  // The n + 2 * holes - 2 triangles of a face come after those of the faces before it.
   parallel_ranges(0, faces.size() + 1, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       const std::size_t loops = faces.first_loop[f];
@@ -293,7 +294,7 @@ Mesh make_mesh(const Solid& solid, NonManifold contacts) {
   const Points points(solid, planes, contacts);
   Mesh mesh;
   mesh.points = points.positions();
-  if (points.has_midpoints()) {  // they lie between the rows and columns of a plane
+  if (points.has_midpoints()) {  // these lie between the rows and columns of a plane
     mesh.triangles = triangulate(mesh.points, find_faces(planes, points)).triangles;
     return mesh;
   }

@@ -9,12 +9,12 @@
 
 namespace boxunion {
 
-/// What the vertices alone say about how much a boundary has: sums over their octant masks.
+/// Counts of the boundary that follow from the vertices alone: sums over their octant masks.
 class VertexCounts {
  public:
   void add(unsigned mask) {
     ++vertices;
-    for (const int direction : {0, 2, 4}) {  // each edge at its lower end
+    for (const int direction : {0, 2, 4}) {  // count each edge at its lower end
       edges += kOctants[mask].edges[direction] != 0;
       nonmanifold_edges += kOctants[mask].edges[direction] == 2;
     }
@@ -24,7 +24,7 @@ class VertexCounts {
 
   std::uint64_t vertices = 0, edges = 0, nonmanifold_edges = 0;
   std::uint64_t fans = 0;
-  /// Of the triangulated faces where contacts are kept; each midpoint of a split edge adds two.
+  /// The number of triangles if contacts are kept. Each midpoint of a split edge adds two.
   std::uint64_t triangles() const { return filled_quadrants_ / 2; }
 
  private:
