@@ -37,8 +37,8 @@ Volume make_volume(const VoxelGrid& grid) {
   return volume;
 }
 
-/// Half axes and centre in ten-thousandths of half the volume, and cosine and sine of the angle about z in
-/// units of 2^-15.
+/// An ellipsoid. Half axes and centre are in ten-thousandths of half the volume. Cosine and sine of the angle
+/// about z are in units of 2^-15.
 struct Ellipsoid {
   std::array<std::int64_t, 3> half_axes, centre;
   std::int64_t cosine = 1 << 15, sine = 0;
@@ -56,13 +56,13 @@ constexpr std::array<Ellipsoid, 10> kPhantom = {{
     {{230, 230, 200}, {0, -6060, 0}},
     {{230, 460, 200}, {600, -6050, 0}},
 }};
-constexpr int kUnit = 20;  ///< bits after the point of coordinates
+constexpr int kUnit = 20;  ///< fractional bits of coordinates
 
 std::int64_t fixed(std::int64_t ten_thousandths) {
   return ten_thousandths * (std::int64_t{1} << kUnit) / 10'000;
 }
 
-/// Centre of voxel i of n, from -1 to 1.
+/// The centre of voxel i of n, from -1 to 1.
 std::int64_t centre_of(std::size_t i, std::size_t n) {
   return (2 * std::int64_t(i) + 1 - std::int64_t(n)) * (std::int64_t{1} << kUnit) / std::int64_t(n);
 }
@@ -72,7 +72,7 @@ std::int64_t square(std::int64_t distance, std::int64_t half_axis) {
   return ratio * ratio;
 }
 
-/// Flips the voxels of row y, z whose centres an ellipsoid has.
+/// Flips the voxels of row y, z whose centres lie in an ellipsoid.
 void flip_row(const Ellipsoid& e, const VoxelGrid& grid, std::size_t y, std::size_t z, std::uint8_t* row) {
   constexpr std::int64_t kOne = std::int64_t{1} << 2 * kUnit;
   const std::int64_t radius = fixed(std::max(e.half_axes[0], e.half_axes[1])) + 1;
@@ -88,9 +88,9 @@ void flip_row(const Ellipsoid& e, const VoxelGrid& grid, std::size_t y, std::siz
   }
 }
 
-constexpr int kNoiseBits = 24;  ///< so that 255 numbers add up in 32 bits
+constexpr int kNoiseBits = 24;  ///< the sum of 255 numbers fits 32 bits
 
-/// Output `index` of the generator splitmix64 seeded with `seed`.
+/// The `index`-th output of the generator splitmix64 seeded with `seed`.
 std::uint64_t splitmix64(std::uint64_t seed, std::uint64_t index) {
   std::uint64_t z = seed + (index + 1) * 0x9e3779b97f4a7c15;
   z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
@@ -99,7 +99,7 @@ std::uint64_t splitmix64(std::uint64_t seed, std::uint64_t index) {
 }
 
 /// Replaces each of `count` items of `length` numbers, `stride` apart, by the mean of itself and the
-/// following window - 1 items; the first one follows the last one.
+/// following window - 1 items. The items wrap around: the first follows the last.
 template <class Length>
 void average(std::uint32_t* items, std::size_t count, std::size_t stride, Length length, std::size_t window) {
   const std::uint64_t reciprocal = (std::uint64_t{1} << 32) / window;
@@ -130,7 +130,7 @@ void average_axis(Array<std::uint32_t>& noise, const VoxelGrid& grid, std::size_
         average(&noise[row * nx], nx, 1, std::integral_constant<std::size_t, 1>{}, window);
     });
   } else {
-    // Stretches of rows side by side: for z they go on from one row to the next.
+    // Works on stretches of rows side by side. For z, these continue from one row to the next.
     constexpr std::size_t kStretch = 4096;
     const std::size_t layer = axis == 1 ? nx : nx * ny, layers = grid.size[axis];
     const std::size_t pieces = (layer + kStretch - 1) / kStretch;
@@ -144,7 +144,7 @@ void average_axis(Array<std::uint32_t>& noise, const VoxelGrid& grid, std::size_
   }
 }
 
-/// The lowest bound with at least `rank` numbers below it; all are below 2^kNoiseBits.
+/// The lowest bound with at least `rank` numbers below it. All numbers are below 2^kNoiseBits.
 std::uint32_t quantile(const Array<std::uint32_t>& noise, std::uint64_t rank) {
   constexpr int kDigit = kNoiseBits / 2;
   std::uint32_t prefix = 0;

@@ -20,10 +20,10 @@ struct Rectangle {
   std::uint32_t x0, x1, y0, y1;
 };
 
-/// One step of a sweep that merges equal neighbors. `open` has the indices of what the last row or slice
-/// ended with, `items` what the next one has, both in the order that compare(index, item) tells. Where that
-/// is equal and extend(index, item) agrees, the item continues what is open; else begin(item) makes a new one
-/// and returns its index. end(index) takes what no item continues.
+/// One step of a sweep that merges equal neighbors. `open` has the indices of the items at the end of the
+/// last row or slice, `items` those of the next one. Both are in the order given by compare(index, item). If
+/// an item is equal to an open one and extend(index, item) agrees, it continues the open one. Otherwise
+/// begin(item) starts a new one and returns its index. end(index) closes an open one that no item continues.
 template <class Items, class Compare, class Extend, class Begin, class End>
 void advance(std::vector<std::size_t>& open, const Items& items, Compare compare, Extend extend, Begin begin,
              End end) {
@@ -76,7 +76,7 @@ bool has_whole_edges(const VoxelGrid& grid) {
   return true;
 }
 
-/// A box in voxels, put where its voxels lie.
+/// A box of voxels, at its place in space.
 template <class T>
 BoxOf<T> placed(const IntegerBox& box, const VoxelGrid& grid) {
   BoxOf<T> result;
@@ -88,7 +88,7 @@ BoxOf<T> placed(const IntegerBox& box, const VoxelGrid& grid) {
   return result;
 }
 
-/// Throws Error(usage) for an invalid grid, Error(input) if an edge is beyond the doubles.
+/// Throws Error(usage) for an invalid grid, Error(input) if an edge exceeds the range of double.
 void check_edges(const VoxelGrid& grid) {
   validate(grid);
   for (std::size_t a = 0; a < 3; ++a)
@@ -100,7 +100,7 @@ void check_edges(const VoxelGrid& grid) {
                               grid.origin[a]));
 }
 
-/// All boxes of a sweep, in the order in which they begin.
+/// Collects all boxes of a sweep, in the order in which they begin.
 class AllBoxes {
  public:
   std::size_t begin(const IntegerBox& box) {
@@ -113,7 +113,7 @@ class AllBoxes {
   std::vector<IntegerBox> boxes;
 };
 
-/// The boxes that a sweep has not passed; take(box) gets the others.
+/// Holds the boxes that a sweep has not passed. take(box) gets the others.
 template <class Take>
 class OpenBoxes {
  public:
@@ -141,7 +141,7 @@ class OpenBoxes {
   std::vector<std::size_t> free_;
 };
 
-/// Lets the slices stream by; `boxes` takes the boxes as they begin and end.
+/// Sweeps over the slices as they stream by. `boxes` takes the boxes as they begin and end.
 template <class Boxes>
 void sweep_slices(const VoxelStream& stream, Boxes& boxes) {
   const VoxelGrid& grid = stream.grid;
@@ -230,7 +230,7 @@ void stream_voxel_boxes(const VoxelStream& stream, const std::function<void(cons
 }
 
 std::uint64_t stream_bytes(const VoxelGrid& grid) {
-  // runs and rectangles of every other voxel of a few slices, boxes of those of two
+  // runs and rectangles for every other voxel of a few slices, boxes for those of two slices
   constexpr std::uint64_t kOfSlices = 1 + (sizeof(Run) + sizeof(Rectangle)) / 2;
   constexpr std::uint64_t kOfSlice = sizeof(IntegerBox) + 2 * sizeof(std::size_t);
   return grid.slice() * (slices_at_once(grid) * kOfSlices + kOfSlice);

@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-/// Joins the runs of two rows that come within `reach` voxels of overlapping.
+/// Joins the runs of two rows that overlap, or come within `reach` voxels of overlapping.
 void join_rows(const VoxelRuns& runs, std::size_t row, std::size_t other_row, std::uint32_t reach,
                DisjointSets& sets) {
   std::size_t a = runs.start(row), b = runs.start(other_row);
@@ -28,7 +28,7 @@ void join_rows(const VoxelRuns& runs, std::size_t row, std::size_t other_row, st
   }
 }
 
-/// Joins the runs of a row with those of its neighbors among the rows before it.
+/// Joins the runs of a row with those of neighboring rows before it.
 void join_neighbors(const VoxelRuns& runs, std::size_t row, std::size_t height, Connectivity connectivity,
                     DisjointSets& sets) {
   const std::size_t y = row % height;
@@ -42,7 +42,7 @@ void join_neighbors(const VoxelRuns& runs, std::size_t row, std::size_t height, 
   if (y + 1 < height) join_rows(runs, row, row - height + 1, reach, sets);
 }
 
-/// Counts the voxels of components run by run.
+/// Counts the voxels of each component, run by run.
 class ComponentCounter {
  public:
   void add(std::uint32_t label, const Run& run, std::uint32_t y, std::uint32_t z) {
@@ -80,7 +80,7 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity conn
     for (std::size_t row = begin; row < end; ++row) join_neighbors(runs, row, height, connectivity, sets);
   });
 
-  // Parents are lower than their children, so those of the runs before are labels already.
+  // Parents are lower than their children, so the parents of earlier runs have become labels already.
   Array<std::uint32_t> run_labels = sets.take_parents();
   ComponentCounter counter;
   std::uint32_t count = 0;

@@ -15,7 +15,7 @@
 namespace boxunion {
 namespace {
 
-/// Bit i says whether byte i is not 0.
+/// A word whose bit i is set if byte i is not 0.
 std::uint64_t bits_of_64(const std::uint8_t* bytes) {
   std::uint64_t bits = 0;
 #ifdef __SSE2__
@@ -36,8 +36,8 @@ std::uint64_t bits_of_64(const std::uint8_t* bytes) {
   return bits;
 }
 
-/// Calls f(x, changes) for every 64 voxels from x on that have any: bit i of `changes` says that voxels x + i
-/// - 1 and x + i differ, where those beyond the row's ends are outside. x may be `width`.
+/// Calls f(x, changes) for every 64 voxels from x on that have changes. Bit i of `changes` is set if voxels x
+/// + i - 1 and x + i differ; voxels beyond the ends of the row are outside. x may be `width`.
 template <class F>
 void for_each_change(const std::uint8_t* row, std::size_t width, F&& f) {
   std::uint64_t before = 0;

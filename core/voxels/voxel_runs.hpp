@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// Voxels begin .. end - 1 of a row: inside, and its neighbors on the row are outside.
+/// A maximal stretch of voxels inside: voxels begin .. end - 1 of a row.
 struct Run {
   std::uint32_t begin, end;
 };
@@ -16,7 +16,7 @@ struct Run {
 /// The runs of rows of voxels, row after row and along each row.
 class VoxelRuns {
  public:
-  /// `inside` has rows of `width` < 2^32 voxels, not 0 where they are inside. Parallel. Throws
+  /// `inside` has rows of `width` < 2^32 voxels; a voxel is inside if it is not 0. Parallel. Throws
   /// Error(resources).
   VoxelRuns(std::span<const std::uint8_t> inside, std::size_t width);
 
