@@ -7,23 +7,23 @@
 
 namespace boxunion {
 
-/// How the faces around a vertex hang together, for one octant mask.
+/// How the faces around a vertex are connected, for one octant mask.
 ///
-/// A facet (octant, axis) is the quarter plane between a filled octant and its empty neighbor along the
-/// axis; the face it lies in looks away from the filled one. Two facets that meet at an edge belong together
-/// if the same filled sector lies between them (so at a non-manifold edge, with two filled sectors, there are
-/// two pairs). Facets that hang together that way form a ring, a *fan*: a vertex of a manifold has one, a
-/// non-manifold vertex up to four.
+/// A facet (octant, axis) is the quarter plane between a filled octant and its empty neighbor along the axis.
+/// Its face looks away from the filled octant. Two facets that meet at an edge belong together if the same
+/// filled sector lies between them. A non-manifold edge has two filled sectors, and so two such pairs. Facets
+/// that belong together form a ring, a *fan*. A vertex of a manifold has one fan, a non-manifold vertex up to
+/// four.
 struct MaskFans {
   static constexpr std::uint8_t kNone = 0xff;
 
   std::uint8_t count = 0;
-  /// Of a facet, by octant and axis; kNone where there is no such facet.
+  /// The fan of a facet, by octant and axis; kNone if there is no such facet.
   std::array<std::array<std::uint8_t, 3>, 8> of{};
-  /// Of the filled sectors at the edges that leave the vertex towards +x, -x, +y, -y, +z, -z; kNone where
-  /// there is no edge, and for the second sector of a manifold edge. The two of a non-manifold edge along an
-  /// axis come in the order of the side on which they lie on the axis after it, so the same one comes first
-  /// at both ends.
+  /// The fans of the filled sectors at the edges that leave the vertex towards +x, -x, +y, -y, +z, -z. kNone
+  /// if there is no edge, and for the second sector of a manifold edge. The two sectors of a non-manifold
+  /// edge along an axis come in the order of their sides on the next axis, so the same one comes first at
+  /// both ends.
   std::array<std::array<std::uint8_t, 2>, 6> at_edge{};
 };
 
@@ -33,7 +33,7 @@ constexpr bool is_facet(unsigned mask, unsigned octant, unsigned axis) {
   return (mask >> octant & 1u) && !(mask >> (octant ^ 1u << axis) & 1u);
 }
 
-/// The facet, as 3 * octant + axis, that meets (octant, axis) at the edge along `edge_axis` round filled
+/// The facet, as 3 * octant + axis, that meets (octant, axis) at the edge along `edge_axis` around filled
 /// octants.
 constexpr unsigned facet_beyond(unsigned mask, unsigned octant, unsigned axis, unsigned edge_axis) {
   const unsigned other = 3 - axis - edge_axis;
@@ -48,7 +48,8 @@ constexpr MaskFans mask_fans(unsigned mask) {
   for (auto& octant : fans.of) octant = {MaskFans::kNone, MaskFans::kNone, MaskFans::kNone};
   for (unsigned start = 0; start < 24; ++start) {
     if (!is_facet(mask, start / 3, start % 3) || fans.of[start / 3][start % 3] != MaskFans::kNone) continue;
-    // A facet has two edges: cross the one, then the other one of the next facet, until the ring is closed.
+    // A facet has two edges. Cross one of them, then the other one of the next facet, until the ring is
+    // closed.
     unsigned facet = start, edge_axis = (start + 1) % 3;
     do {
       fans.of[facet / 3][facet % 3] = fans.count;

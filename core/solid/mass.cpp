@@ -15,7 +15,7 @@
 namespace boxunion {
 namespace {
 
-/// Counts and bounds in ordinals.
+/// Number of vertices and bounds, in ordinals.
 struct Tally {
   std::uint64_t vertices = 0, extreme = 0;
   std::array<std::uint32_t, 3> lo{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, hi{};
@@ -33,7 +33,7 @@ struct Tally {
   }
 };
 
-/// One thread's sums on three lattices, in ordinals. Narrow: every ordinal is below 2^20.
+/// The sums of one thread on three lattices, in ordinals. Narrow: every ordinal is below 2^20.
 template <bool kNarrow>
 class LatticeSum {
  public:
@@ -51,8 +51,8 @@ class LatticeSum {
   }
 
   // Moves the origin of the region's moments to its centre, modulo 2^64, and from there to ordinal 0: x
-  // becomes x + o in 2x, 3xx and 4xy. About the centre of [0, 2c]^3 the integral of 3xx is at least 0 and at
-  // most 8 c^5, which is 2^63, and those of 4xy lie within 2^62.
+  // becomes x + o in 2x, 3xx and 4xy. About the centre of [0, 2c]^3, the integral of 3xx is between 0 and 8
+  // c^5 = 2^63, and those of 4xy are between -2^62 and 2^62.
   void add(const LatticeSums& region, const std::array<std::uint32_t, 3>& origin) {
     constexpr std::int64_t c = LatticeSums::kMostEdge / 2;
     make_room(1);
@@ -68,7 +68,7 @@ class LatticeSum {
           modulo(region.second[3 + a] - 2 * c * (Int128(first(a)) + first(b) + 2 * c * volume));
       sums_[kFirst + a].add(first(a), 1);
       sums_[kFirst + a].add(2 * volume, oa);
-      sums_[kSecond + a].add(square >> 1, 2);  // in halves, as 2^63 is no std::int64_t
+      sums_[kSecond + a].add(square >> 1, 2);  // in halves, because 2^63 does not fit std::int64_t
       sums_[kSecond + a].add(square & 1, 1);
       sums_[kSecond + a].add(first(a), 3 * oa);
       sums_[kSecond + a].add(3 * volume, oa * oa);
@@ -98,11 +98,11 @@ class LatticeSum {
 
   void add_block(std::span<const Vertex> vertices, Tally& tally) {
     make_room(vertices.size());
-    auto sums = sums_;  // a copy that the compiler knows nobody else to read
+    auto sums = sums_;  // a local copy, so that the compiler knows that nobody else reads it
     for (const Vertex& v : vertices) {
       const OctantProperties& weights = kOctants[v.mask];
       const std::array<std::uint64_t, 3> x{v.x, v.y, v.z};
-      // At most 4 * 2^96, narrow 4 * 2^60.
+      // at most 4 * 2^96, or 4 * 2^60 if narrow
       using Product = std::conditional_t<kNarrow, std::int64_t, Int128>;
       const Product volume = Product(weights.volume) * Product(x[0] * x[1]) * Product(x[2]);
       sums[kVolume].add(volume, 1);
@@ -122,7 +122,7 @@ class LatticeSum {
   }
 
   std::array<ProductSum<kNarrow>, kSums> sums_;
-  std::array<BigInteger, kSums> totals_;  // what sums_ had no more room for
+  std::array<BigInteger, kSums> totals_;  // overflow of sums_
   std::size_t pending_ = 0;
   std::array<int, kSums> exponents_;
 };
@@ -134,13 +134,13 @@ struct Significand {
   unsigned place;
 };
 
-/// Any axis as significands.
+/// An axis of any kind, as significands.
 class SignificandAxis {
  public:
   explicit SignificandAxis(const Axis& axis) : axis_(axis) {
     least_ = axis.is_lattice() ? axis.exponent() : 0;
     if (axis.is_lattice()) return;
-    // Coordinates ascend, so the extreme exponents are at both ends and on both sides of zero.
+    // Coordinates ascend, so the extreme exponents are at the ends and on both sides of zero.
     std::uint32_t after_negative = 1;
     for (std::uint32_t end = axis.count() + 1; after_negative < end;) {
       const std::uint32_t middle = after_negative + (end - after_negative) / 2;
@@ -173,7 +173,7 @@ class SignificandAxis {
     const auto bits = std::bit_cast<std::uint64_t>(axis_.coordinate(ordinal));
     const std::uint64_t fraction = bits & (kLeadingBit - 1);
     const bool subnormal = (bits >> 52 & 0x7ff) == 0;
-    if (subnormal && fraction == 0) return {0, false, 0};  // zero has no exponent of its own
+    if (subnormal && fraction == 0) return {0, false, 0};  // zero has no exponent
     const auto offset = static_cast<unsigned>(exponent_of(bits) - least_);
     return {(subnormal ? fraction : fraction | kLeadingBit) << offset % PlacedSum::kPlaceBits,
             (bits >> 63) != 0, offset / PlacedSum::kPlaceBits};
@@ -182,7 +182,7 @@ class SignificandAxis {
  private:
   static constexpr std::uint64_t kLeadingBit = std::uint64_t(1) << 52;
 
-  /// Of the lowest bit of the fraction.
+  /// The exponent of the lowest bit of the fraction.
   static int exponent_of(std::uint64_t bits) {
     return std::max(static_cast<int>(bits >> 52 & 0x7ff), 1) - 1075;
   }
@@ -192,7 +192,7 @@ class SignificandAxis {
   unsigned max_place_ = 0;
 };
 
-/// One thread's sums on any axes, in coordinates.
+/// The sums of one thread on axes of any kind, in coordinates.
 class GeneralSum {
  public:
   explicit GeneralSum(const Axes& axes)
@@ -240,7 +240,7 @@ class GeneralSum {
   }
 
  private:
-  // Weights are at most 4, so one word still holds the product.
+  // Weights are at most 4, so the product still fits one word.
   static Words<1> weighted(int weight, const Significand& x) {
     return {static_cast<std::uint64_t>(weight < 0 ? -weight : weight) * x.magnitude};
   }
@@ -266,7 +266,7 @@ class GeneralSum {
   std::vector<PlacedSum> sums_;
 };
 
-/// One thread's share of everything.
+/// All sums of one thread.
 template <class Sum>
 struct Share {
   Sum sum;
@@ -288,8 +288,8 @@ AnyShares make_shares(const Axes& axes) {
   return shares(std::in_place_type<LatticeSum<true>>);
 }
 
-/// Moves the origin of the moments of `totals` to where the coordinates count from, if they count from
-/// ordinal 0 of lattices: x becomes x + b in 2x, 3xx and 4xy.
+/// Moves the origin of the moments of `totals` to that of the coordinates, if they count from ordinal 0 of
+/// lattices: x becomes x + b in 2x, 3xx and 4xy.
 void move_to_coordinates(Totals& totals, const Axes& axes) {
   const Totals local = totals;
   const Dyadic& volume = local[kVolume];

@@ -9,9 +9,9 @@
 
 namespace boxunion {
 
-// What is behind MassTotals. Only .cpp files include this header, as exact.hpp.
+// The implementation of MassTotals. Only .cpp files include this header, like exact.hpp.
 
-/// The sums of a union, each of weight * x^i * y^j * z^k over the vertices; kPowers holds (i, j, k).
+/// The sums of a union. Each is a sum of weight * x^i * y^j * z^k over the vertices; kPowers holds (i, j, k).
 inline constexpr unsigned kVolume = 0, kFirst = 1, kSecond = 4, kArea = 10, kLength = 13, kSums = 16;
 inline constexpr auto kPowers = [] {
   std::array<std::array<int, 3>, kSums> powers{};

@@ -16,10 +16,10 @@ namespace {
 constexpr auto kWhat = "collecting the vertices";
 constexpr std::size_t kGrain = 1 << 15;  // vertices
 
-/// Puts the lists of all parts in one array and empties them.
+/// Moves the lists of all parts into one array.
 template <class Part, class T>
 Array<T> collect(PerThread<Part>& parts, BlockList<T> Part::*list) {
-  std::vector<std::pair<std::span<const T>, std::size_t>> blocks;  // and where they go
+  std::vector<std::pair<std::span<const T>, std::size_t>> blocks;  // with their places in the array
   std::size_t count = 0;
   parts.for_each([&](const Part& part) {
     for (const Array<T>& block : (part.*list).blocks()) {

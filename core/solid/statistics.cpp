@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1 << 15;
 
-/// Exact sums of boxes of 32-bit integers: edges below 2^32, so 2^32 boxes fit.
+/// Exact sums over boxes of 32-bit integers. Edges are below 2^32, so 2^32 boxes fit.
 class IntegerSums {
  public:
   void add(const IntegerBox& box) {
@@ -31,7 +31,7 @@ class IntegerSums {
   UInt128 volume_ = 0, area_ = 0, length_ = 0;
 };
 
-/// A finite double as +-magnitude * 2^(kLeastExponent + 8 * place), magnitude < 2^60 (see PlacedSum).
+/// A finite double as +-magnitude * 2^(kLeastExponent + 8 * place), with magnitude < 2^60 (see PlacedSum).
 struct Term {
   static constexpr int kLeastExponent = -1074, kGreatestExponent = 971;
   static constexpr std::size_t kGreatestPlace = (kGreatestExponent - kLeastExponent) / PlacedSum::kPlaceBits;
@@ -51,7 +51,7 @@ struct Term {
   }
 };
 
-/// hi - lo exactly, as the sum of at most two doubles (Knuth's TwoSum).
+/// hi - lo, exactly, as the sum of at most two doubles (Knuth's TwoSum).
 class Edge {
  public:
   Edge(double lo, double hi) {
@@ -74,7 +74,7 @@ class Edge {
   std::size_t count_ = 0;
 };
 
-/// Exact sums of boxes of doubles.
+/// Exact sums over boxes of doubles.
 class DoubleSums {
  public:
   void add(const Box& box) {
