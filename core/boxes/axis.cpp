@@ -26,11 +26,11 @@ inline double lowest_bit(double x) {
   const std::uint64_t fraction = bits & ((std::uint64_t(1) << 52) - 1);
   const double rest = std::bit_cast<double>(bits & ~(fraction & -fraction));
   const double low = std::abs(x - rest);            // exact: all but one bit cancel
-  const double bit = low == 0 ? std::abs(x) : low;  // no fraction bit: the leading bit is the only one
+  const double bit = low == 0 ? std::abs(x) : low;  // without fraction bits, the leading bit is the only one
   return bit == 0 ? kInfinity : bit;
 }
 
-/// A third of a box, for compilers that find no vectors by themselves.
+/// A third of a box, for compilers that do not vectorize.
 using Pair = double __attribute__((vector_size(16)));
 using Mask = std::int64_t __attribute__((vector_size(16)));
 
@@ -39,18 +39,18 @@ inline Pair absolute(Pair x) {
   return Pair(Mask(x) & Mask{kWithoutSign, kWithoutSign});
 }
 
-/// The axes that are lattices for all boxes together; the others have no ordinals yet.
+/// The axes that are lattices for all boxes together. The others have no ordinals yet.
 Axes lattices_of(std::span<const BoxSet> sets) {
   LatticeScan scan;
   for (const BoxSet& set : sets) scan.add(set);
   return scan.axes();
 }
 
-/// Packs what some of the elements 0 .. size - 1 give into one array, in order and in parallel: a first pass
-/// counts what each chunk of elements gives, a second one knows where to put it.
+/// Packs selected elements of 0 .. size - 1 into an array, in order and in parallel. A first pass counts the
+/// selected elements of each chunk, so that a second pass knows their places.
 class Packing {
  public:
-  /// wanted(i): does element i give anything?
+  /// wanted(i): true if element i is selected.
   template <class Wanted>
   Packing(std::size_t size, Wanted&& wanted) : size_(size), starts_((size + kGrain - 1) / kGrain + 1) {
     each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -60,9 +60,10 @@ class Packing {
     });
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
   }
-  /// How many elements are wanted.
+  /// The number of selected elements.
   std::size_t count() const { return starts_.back(); }
-  /// Calls f(begin, end, place) for ranges of elements; `place` wanted ones come before them.
+  /// Calls f(begin, end, place) for ranges of elements. `place` is the number of selected elements before the
+  /// range.
   template <class F>
   void each_range(F&& f) const {
     each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) { f(begin, end, starts_[chunk]); });
@@ -81,11 +82,11 @@ class Packing {
   std::vector<std::size_t> starts_;
 };
 
-/// The axes of boxes of any dimension, given as std::array of both corners.
+/// The number of axes of boxes of any dimension, given as std::array of both corners.
 template <class Boxes>
 constexpr unsigned kAxesOf = std::tuple_size_v<typename Boxes::value_type> / 2;
 
-/// Calls f(box, place) for every box that is not degenerate; `place` others come before it.
+/// Calls f(box, place) for every box that is not degenerate. `place` is the number of such boxes before it.
 template <class Boxes>
 class SolidBoxes {
  public:
@@ -95,7 +96,7 @@ class SolidBoxes {
   template <class F>
   void each(F&& f) const {
     packing_.each_range([&](std::size_t begin, std::size_t end, std::size_t place) {
-      if (count() == boxes_.size())  // a loop without branches
+      if (count() == boxes_.size())  // without branches
         for (std::size_t i = begin; i < end; ++i) f(boxes_[i], i);
       else
         for (std::size_t i = begin; i < end; ++i)
@@ -114,7 +115,8 @@ class SolidBoxes {
   Packing packing_;
 };
 
-/// The ordinals of boxes, a Result of structures with corners lo and hi, on those axes that have any.
+/// The ordinals of boxes on the axes that have ordinals. Result is an array of structures with corners lo and
+/// hi.
 template <class Result, class Boxes, class AxesOfThem>
 Result convert(const SolidBoxes<Boxes>& boxes, const AxesOfThem& axes) {
   Result result = with_memory("the boxes in ordinals", boxes.count() * sizeof(typename Result::value_type),
@@ -140,18 +142,18 @@ Result convert(const SolidBoxes<Boxes>& boxes, const AxesOfThem& axes) {
   return result;
 }
 
-/// A coordinate and where it comes from.
+/// A coordinate and its origin.
 struct Entry {
   std::uint64_t bits;   // ordered_bits of the coordinate
-  std::uint64_t place;  // twice that of the box, plus one for its high corner
+  std::uint64_t place;  // twice the place of the box, plus one for its high corner
 };
-/// The key of mere bits and of entries.
+/// The key of plain bits and of entries.
 struct BitsOf {
   std::uint64_t operator()(std::uint64_t bits) const { return bits; }
   std::uint64_t operator()(const Entry& entry) const { return entry.bits; }
 };
 
-/// The ranks of coordinates (mere bits or entries), sorting them; calls f(entry, ordinal) for each.
+/// Sorts coordinates (plain bits or entries) and finds their ranks. Calls f(entry, ordinal) for each.
 template <class T, class F>
 Axis rank_of(std::span<T> entries, std::span<T> scratch, F&& f) {
   constexpr BitsOf bits_of;
@@ -181,7 +183,7 @@ Axis rank_of(const Boxes& boxes, unsigned axis) {
   return rank_of<std::uint64_t>(bits, scratch, [](std::uint64_t, std::uint32_t) {});
 }
 
-/// The same; axes without ordinals become ranks.
+/// The same as convert(), but axes without ordinals become ranks.
 template <class Result, class Boxes, class AxesOfThem>
 Result convert_by_rank(const Boxes& all, AxesOfThem& axes) {
   const SolidBoxes boxes(all);
@@ -216,16 +218,16 @@ void LatticeScan::Extent::join(const Extent& other) {
   unit = std::min(unit, other.unit);
 }
 
-// The unit of an axis is the least of all lowest bits, whatever the order of the boxes. Looking at every bit
-// is slow, so each block is first tested against the units u found so far: if y = |x| equals (y + m) - m for
-// m = 2^52 u, then x is a multiple of u.
+// The unit of an axis is the least of all lowest bits, whatever the order of the boxes. It is slow to look at
+// every bit, so each block is first tested against the units u found so far: if y = |x| equals (y + m) - m
+// for m = 2^52 u, then x is a multiple of u.
 //
 // Proof. y + m >= 2^52 u, and doubles that large are multiples of u, so the rounded sum s is one. s - m is
-// then a multiple of u, and so is its rounded value: below 2^53 u it is exact, above all doubles are
-// multiples of u. (Were x taken with its sign, x + m could fall below 2^52 u, where doubles are multiples of
-// u / 2 only.) Where m or the sum overflows, nothing comes back unchanged.
+// then a multiple of u, and so is its rounded value: below 2^53 u it is exact, and above all doubles are
+// multiples of u. (With the sign of x, x + m could fall below 2^52 u, where doubles are multiples of u / 2
+// only.) If m or the sum overflows, the test fails.
 //
-// A block that fails the test for any reason is looked at bit by bit, so the test only ever saves time.
+// A block that fails the test for any reason is looked at bit by bit, so the test only saves time.
 template <unsigned kAxes>
 LatticeScan LatticeScan::scan(const std::array<double, 2 * kAxes>* boxes, std::size_t count) {
   constexpr std::size_t kBlock = 128;
@@ -290,11 +292,11 @@ LatticeScan LatticeScan::scan(const std::array<std::int32_t, 2 * kAxes>* boxes, 
 
 /// The lattice of an extent, or an axis without ordinals if it has too many steps.
 ///
-/// Proof that base fits: 2^e = unit is the lowest bit of some coordinate c, so |c| < 2^(e + 53); all others
-/// are less than 2^32 steps of 2^e away, so every coordinate is a multiple of 2^e below (2^53 + 2^32) * 2^e.
-/// The steps below may be inexact or infinite when there are too many, but rounding is monotone: they are
-/// then at least 2^32 - 2 still. (Never infinity - infinity: e < 0 when the scaled coordinates overflow, and
-/// a lowest bit below 2^0 belongs to a coordinate below 2^53.)
+/// Proof that base fits: 2^e = unit is the lowest bit of some coordinate c, so |c| < 2^(e + 53). All others
+/// are less than 2^32 steps of 2^e away. So every coordinate is a multiple of 2^e below (2^53 + 2^32) * 2^e.
+/// If there are too many steps, their number below may be inexact or infinite. But rounding is monotone, so
+/// it is still at least 2^32 - 2. (It is never infinity - infinity: e < 0 if the scaled coordinates overflow,
+/// and a lowest bit below 2^0 belongs to a coordinate below 2^53.)
 Axis LatticeScan::lattice_of(const Extent& extent) {
   const int exponent = extent.unit == kInfinity ? 0 : std::ilogb(extent.unit);
   const double before = std::ldexp(1.0, -(exponent / 2));

@@ -10,7 +10,7 @@ namespace {
 constexpr double kNotablyFewer = 0.9, kFewCopies = 1.5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Where the boxes of a sample begin and end on one axis, sorted.
+/// The sorted ends of the boxes of a sample on one axis.
 struct Ends {
   std::vector<double> lo, hi;
 
@@ -25,14 +25,14 @@ struct Ends {
   std::size_t ended_before(double x) const {
     return std::size_t(std::ranges::lower_bound(hi, x) - hi.begin());
   }
-  /// The next place where a box begins or ends.
+  /// The next coordinate after x at which a box begins or ends.
   double next(double x) const {
     const auto begin = std::ranges::upper_bound(lo, x), end = std::ranges::upper_bound(hi, x);
     return std::min(begin == lo.end() ? kInfinity : *begin, end == hi.end() ? kInfinity : *end);
   }
 };
 
-/// Slabs from the low end on, each as long as it has no more than `count` boxes of the sample.
+/// Slabs from the low end on, each as long as possible with no more than `count` boxes of the sample.
 Cuts cut_axis(const Ends& ends, int axis, std::size_t count, std::size_t most) {
   Cuts cuts;
   cuts.axis = axis;
@@ -61,8 +61,8 @@ std::optional<Cuts> choose_cuts(std::span<const Box> sample, double share, std::
   if (sample.empty()) return std::nullopt;
   const std::array ends = {Ends(sample, 0), Ends(sample, 1), Ends(sample, 2)};
   std::optional<Cuts> best;
-  // at least so large that the last slab is no larger than the others; larger where boxes are longer than
-  // slabs
+  // Begin with a share so large that the last slab is no larger than the others. Increase it if boxes are
+  // longer than slabs.
   for (share = std::max(share, 1.1 / double(most)); share < 1; share *= 2) {
     const auto count = std::max<std::size_t>(1, std::size_t(share * double(sample.size())));
     for (const int axis : {2, 1, 0}) {

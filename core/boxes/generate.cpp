@@ -23,7 +23,7 @@ void check_universe(std::int64_t universe) {
   check_range("universe", universe, 1, std::numeric_limits<std::int32_t>::max());
 }
 
-/// Hands boxes on in blocks.
+/// Passes boxes on in blocks.
 class Blocks {
  public:
   explicit Blocks(const BoxBlockSink& sink) : sink_(sink) { block_.reserve(kBlock); }
@@ -41,7 +41,8 @@ class Blocks {
   std::vector<IntegerBox> block_;
 };
 
-/// `next_box(i)` makes box i; called in order, from a copy for each run so that each starts afresh.
+/// next_box(i) makes box i. It is called in order, on a new copy for each run, so that every run starts
+/// afresh.
 template <class F>
 BoxGenerator make_generator(std::uint64_t count, F next_box) {
   return {count, [=](const BoxBlockSink& sink) {
@@ -56,7 +57,7 @@ IntegerBox unit_cube(std::int32_t x, std::int32_t y, std::int32_t z) {
   return {x, y, z, x + 1, y + 1, z + 1};
 }
 
-/// The 20 subcubes of one level of the Menger sponge: at most one coordinate is the middle one.
+/// The 20 subcubes of one level of the Menger sponge: in each, at most one coordinate is the middle one.
 constexpr std::array<std::array<std::int32_t, 3>, 20> sponge_cells() {
   std::array<std::array<std::int32_t, 3>, 20> cells{};
   std::size_t n = 0;

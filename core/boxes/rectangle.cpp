@@ -11,7 +11,7 @@
 namespace boxunion {
 
 void validate(const RectangleSet& set) {
-  // a negated comparison would accept NaN; of a finite number less itself nothing is left
+  // NaN fails every comparison; x - x is 0 for finite x only
   const auto is_valid = [](const auto& r) {
     return r[0] <= r[2] && r[1] <= r[3] && r[0] - r[0] == 0 && r[1] - r[1] == 0 && r[2] - r[2] == 0 &&
            r[3] - r[3] == 0;
