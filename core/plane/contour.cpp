@@ -30,7 +30,7 @@ class Cuts {
   std::uint32_t part(std::uint32_t ordinal) const {
     return static_cast<std::uint32_t>((ordinal - 1) * scale_ >> 32);
   }
-  /// The least ordinal of a part; of part parts(), one beyond all.
+  /// The least ordinal of a part. begin(parts()) is beyond all ordinals.
   std::uint32_t begin(std::uint32_t part) const {
     const std::uint64_t before = ((std::uint64_t{part} << 32) + scale_ - 1) / scale_;
     return part == parts_ ? count_ + 1
@@ -42,16 +42,16 @@ class Cuts {
   std::uint64_t scale_;  // parts / count, times 2^32
 };
 
-/// A grid of cells, row by row: strips of the plane.
+/// A grid of cells. A row of cells is a strip of the plane.
 struct Grid {
   Cuts columns, strips;
-  double touched;  // cells, by a rectangle, on average
+  double touched;  // average number of cells that a rectangle touches
 };
 
-/// Chooses cells that a bitmap has room for: so small that all ordinals are places of its bits if there are
-/// rectangles enough to fill them, else of such a size that their rectangles have few coordinates: whole
-/// strips if no strip need be so low that many rectangles touch several. A rectangle touches not many strips
-/// nor columns on average.
+/// Chooses cells that fit a bitmap. If there are enough rectangles to fill them, cells are so small that
+/// every ordinal is a place of the bitmap. Otherwise their size is such that their rectangles have few
+/// coordinates. Whole strips are cells if they need not be so low that many rectangles touch several of them.
+/// On average, a rectangle touches few strips and few columns.
 Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   constexpr double kDirect = 62, kFewest = 2, kPlaces = 22, kFlatPlaces = 18, kMostTouched = 8;
   const double n = double(all.size()), extent[2] = {double(axes[0].count()), double(axes[1].count())};
@@ -60,7 +60,7 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
     ++sampled;
     for (const unsigned axis : {0u, 1u}) sum[axis] += all[i].hi[axis] - all[i].lo[axis];
   });
-  double most[2], share[2];  // of the extent, that a rectangle takes
+  double most[2], share[2];  // fraction of the extent of a rectangle
   for (const unsigned axis : {0u, 1u}) {
     share[axis] = sum[axis] / sampled / extent[axis];
     most[axis] = (kMostTouched - 1) / share[axis] + 1;
@@ -73,11 +73,11 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   const double direct[2] = {std::ceil(extent[0] / kDirect), std::ceil(extent[1] / kDirect)};
   if (n >= kFewest * direct[0] * direct[1] && direct[0] <= most[0] && direct[1] <= most[1])
     return grid(direct[0], direct[1]);
-  // A strip that is one cell needs no sort. To have few coordinates it is low, and of those rectangles that
-  // it touches `crossing` on average come up from below.
+  // A strip that is one cell needs no sort. It must be low to have few coordinates. On average, `crossing` of
+  // the rectangles that it touches come up from below.
   const double crossing = n * share[1], flat = std::ceil(n / (kFlatPlaces - crossing));
   if (crossing <= 0.4 * kFlatPlaces && flat <= Cuts::kMostParts) return grid(1, flat);
-  // m rectangles that a cell would own have about m + sqrt(m * density) places an axis, halved
+  // m rectangles owned by a cell have about 2 * (m + sqrt(m * density)) places on an axis
   const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
   const double cells = n / (root * root), ratio = std::clamp(share[1] / share[0], 1 / 16., 16.);
@@ -86,10 +86,10 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   return grid(std::min(std::ceil(cells / strips), most[0]), strips);
 }
 
-/// The rectangles by parts: some strips each.
+/// The rectangles by parts. A part is some neighboring strips.
 class Parts {
  public:
-  /// As many as have `rectangles` each on average, but no more than there are strips.
+  /// Makes parts of `rectangles` rectangles on average, but no more parts than strips.
   Parts(Array<OrdinalRectangle> all, const Cuts& strips, std::size_t rectangles)
       : strips_(strips.parts()),
         count_(std::clamp(all.size() / rectangles, std::size_t{1}, strips_)),
@@ -106,7 +106,7 @@ class Parts {
   std::span<const OrdinalRectangle> operator[](std::size_t part) const {
     return std::span(rectangles_).subspan(first_[part], first_[part + 1] - first_[part]);
   }
-  /// The first strip of a part; of part size(), one beyond all.
+  /// The first strip of a part. first_strip(size()) is beyond all strips.
   std::uint32_t first_strip(std::size_t part) const {
     return static_cast<std::uint32_t>((part * strips_ + count_ - 1) / count_);
   }
@@ -118,7 +118,7 @@ class Parts {
     for (std::uint32_t p = 0; p < count_; ++p)
       std::fill(part.begin() + first_strip(p), part.begin() + first_strip(p + 1), p);
     const std::size_t chunks = std::clamp(all.size() / kChunk, std::size_t{1}, kMostChunks);
-    std::vector<std::size_t> places(chunks * count_);  // of a chunk's next rectangle in a part
+    std::vector<std::size_t> places(chunks * count_);  // of the next rectangle in each part, for each chunk
     const auto each = [&](auto&& f) {
       parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t chunk = begin; chunk < end; ++chunk) {
@@ -148,7 +148,7 @@ class Parts {
   Array<OrdinalRectangle> rectangles_;
 };
 
-/// Sorts vertices by row; those of one row are sorted already.
+/// Sorts vertices by row. Vertices of one row must be sorted already.
 class RowSort {
  public:
   /// Sorts vertices in rows [lo, hi).
@@ -176,20 +176,20 @@ class RowSort {
   }
 
   Array<ContourVertex> scratch_;
-  std::vector<std::size_t> place_;  // of the next vertex of a digit
+  std::vector<std::size_t> place_;  // of the next vertex of each digit
 };
 
-/// Finds the vertices of one part after the other.
+/// Finds the vertices of one part at a time.
 class PartContour {
  public:
   explicit PartContour(const Grid& grid) : grid_(grid) {}
 
-  /// The vertices of strips [begin, end) that these rectangles touch, sorted.
+  /// The sorted vertices in strips [begin, end). `part` has all rectangles that touch these strips.
   Array<ContourVertex> find(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
     const Cuts &columns = grid_.columns, &strips = grid_.strips;
     bin(part, begin, end);
     Array<ContourVertex> vertices;
-    vertices.reserve(4 * part.size() + ContourCell::kMost);  // seldom more
+    vertices.reserve(4 * part.size() + ContourCell::kMost);  // rarely more
     std::size_t cell = 0;
     for (std::uint32_t strip = begin; strip < end; ++strip) {
       Interruptible::check();
@@ -217,7 +217,7 @@ class PartContour {
     std::uint16_t left, right, below, above;
   };
 
-  /// Puts rectangles into the cells that they touch, and marks the cells that one of them covers.
+  /// Puts rectangles into the cells that they touch, and marks cells that one rectangle covers.
   void bin(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
     const Cuts &columns = grid_.columns, &strips = grid_.strips;
     const std::size_t width = columns.parts();
@@ -252,7 +252,7 @@ class PartContour {
   Grid grid_;
   ContourCell cell_;
   RowSort sort_;
-  std::vector<std::size_t> first_;  // of a cell in binned_
+  std::vector<std::size_t> first_;  // by cell: its first rectangle in binned_
   std::vector<std::uint8_t> covered_;
   Array<Touched> touched_;
   Array<OrdinalRectangle> binned_;
@@ -260,7 +260,7 @@ class PartContour {
 
 /// The vertices of each part.
 std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const PlaneAxes& axes) {
-  constexpr double kPart = 1 << 13;  // rectangles in cells that make another part, and thread, worth while
+  constexpr double kPart = 1 << 13;  // rectangles in cells that are worth another part and thread
   const Grid grid = make_grid(all, axes);
   const Parts parts(std::move(all), grid.strips, static_cast<std::size_t>(kPart / grid.touched) + 1);
   PerThread<PartContour> finders{PartContour(grid)};
@@ -296,8 +296,8 @@ Contour find_contour(const RectangleSet& rectangles) {
   return contour;
 }
 
-// As the lower plane of a solid, at z = 0, where only the area and the edges of that plane count; ordinal 0
-// is there, too, because sums on lattices count from it.
+// The contour is taken as the lower plane of a solid, at z = 0, where only the area and the edges of that
+// plane count. Ordinal 0 is used because sums on lattices count from it.
 ContourProperties measure(const Contour& contour) {
   constexpr std::size_t kBatch = 1 << 12;
   MassSink sink({contour.axes[0], contour.axes[1], Axis::lattice(0, 0, 1)});

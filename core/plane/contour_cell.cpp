@@ -31,8 +31,8 @@ void ContourCell::Places::set_ranges(std::span<const OrdinalRectangle> rectangle
                   static_cast<std::uint16_t>(bit(rectangles[i].hi[axis]))};
 }
 
-/// Ranks by comparing all with all that the cell owns, many at a time and without a branch; equal ones share
-/// a bit, and leave others that nothing begins at. False if there are too many.
+/// Ranks by comparing all ends with all that the cell owns, many at a time and without a branch. Equal ends
+/// share a bit; the other bits remain unused. False if there are too many ends.
 template <class Lane>
 bool ContourCell::Places::find_by_counting(std::span<const OrdinalRectangle> rectangles, unsigned axis) {
   using Lanes [[gnu::vector_size(16)]] = Lane;
@@ -132,7 +132,7 @@ bool ContourCell::Places::assign(const OrdinalRectangle& cell, std::span<const O
 bool ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
                        Array<ContourVertex>& out) {
   constexpr std::size_t kMany = 512;
-  if (rectangles.size() > kMany) {  // do some of them already need a smaller cell?
+  if (rectangles.size() > kMany) {  // some rectangles may already be too many for the cell
     std::vector<OrdinalRectangle> sample;
     Sample(rectangles.size(), kMany / 2).each([&](std::size_t i) { sample.push_back(rectangles[i]); });
     for (const unsigned axis : {0u, 1u})
@@ -147,8 +147,8 @@ bool ContourCell::find(const OrdinalRectangle& cell, std::span<const OrdinalRect
   return true;
 }
 
-/// Of the halves the lower one comes first, so that x ascends on every row; so do rows of halves that lie one
-/// above the other.
+/// The lower half comes first, so that x ascends on every row. If one half lies above the other, the rows
+/// ascend too.
 bool ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
                         unsigned axis, Array<ContourVertex>& out) {
   Interruptible::check();
@@ -170,7 +170,7 @@ bool ContourCell::halve(const OrdinalRectangle& cell, std::span<const OrdinalRec
 void ContourCell::fill() {
   const std::uint32_t count = places_[1].count();
   std::fill_n(rows_.begin(), count + 1, 0);
-  std::uint64_t ends = 0;  // bit 64 lies beyond what the cell owns, and it does no harm as bit 0
+  std::uint64_t ends = 0;  // bit 64 lies beyond what the cell owns; it is harmless as bit 0
   const std::span<const Places::Range> columns = places_[0].ranges(), rows = places_[1].ranges();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto [begin, end] = rows[i];

@@ -12,9 +12,9 @@
 
 namespace boxunion {
 
-/// A vertex of the union of rectangles: its ordinals, and which of the four quadrants round it are filled
+/// A vertex of the union of rectangles: its ordinals, and which of the four quadrants around it are filled
 /// (bit 0: left below, 1: right below, 2: left above, 3: right above). The mask is constant along neither
-/// axis: one or three quadrants are a corner, two diagonal ones are two corners that touch.
+/// axis. One or three quadrants are a corner; two diagonal ones are two corners that touch.
 struct ContourVertex {
   std::uint32_t x, y;
   std::uint32_t quadrants;
@@ -22,29 +22,30 @@ struct ContourVertex {
   friend bool operator==(const ContourVertex&, const ContourVertex&) = default;
 };
 
-/// Finds the vertices of a union of rectangles in one cell of the plane after the other, by a bitmap of at
-/// most 64 x 64 bits between the coordinates of the cell; a cell with more coordinates is halved. As in three
-/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide all about them.
+/// Finds the vertices of a union of rectangles in one cell of the plane at a time, by a bitmap of at most 64
+/// x 64 bits between the coordinates of the cell. A cell with more coordinates is halved. As in three
+/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide everything about
+/// them.
 class ContourCell {
  public:
-  /// Appends the vertices of a cell to `out`; on every row they come with ascending x. Are the rows
-  /// ascending, too?
+  /// Appends the vertices of a cell to `out`. On every row, x ascends. Returns true if the rows ascend, too.
   bool find(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles,
             Array<ContourVertex>& out);
 
   static constexpr std::uint32_t kBits = 64;
-  /// So many vertices at most come from one bitmap.
+  /// Maximum number of vertices from one bitmap.
   static constexpr std::size_t kMost = std::size_t{kBits} * kBits;
 
  private:
   /// The places of a cell's bits along one axis. Bit 0 lies below the first place that the cell owns, bit i
-  /// above place i - 1; the places are all ordinals of a narrow cell, else those that occur.
+  /// above place i - 1. The places are all ordinals of a narrow cell, and the ordinals that occur in any
+  /// other cell.
   class Places {
    public:
-    /// Takes the places in, unless there are more than a row of bits has room for.
+    /// Finds the places. False if there are more than a row of bits has room for.
     bool assign(const OrdinalRectangle& cell, std::span<const OrdinalRectangle> rectangles, unsigned axis);
     std::uint32_t count() const { return count_; }
-    /// The ordinal below each bit; of bit 0 any number.
+    /// The ordinal below each bit; arbitrary for bit 0.
     const std::uint32_t* ordinals() const { return ordinals_.data(); }
     /// An ordinal that halves the places.
     std::uint32_t middle() const { return ordinals_[count_ / 2 + 1]; }
@@ -56,11 +57,11 @@ class ContourCell {
 
    private:
     static constexpr std::uint32_t kMarked = 1u << 15;  // ordinals of a cell that are marked in a bitmap
-    static constexpr std::size_t kCounted = 96;         // rectangles that are ranked by counting
+    static constexpr std::size_t kCounted = 96;  // maximum number of rectangles that are ranked by counting
 
     bool is_direct() const { return extent_ < kBits; }
-    /// Counts from 1 at the low end of the cell; 0 stands for all that is lower, extent + 1 for its high end
-    /// and beyond.
+    /// The distance from the low end of the cell, counted from 1. 0 stands for everything lower, extent + 1
+    /// for the high end and everything beyond.
     std::uint32_t offset(std::uint32_t ordinal) const {
       return std::clamp(ordinal, lo_ - 1, lo_ + extent_) - (lo_ - 1);
     }
@@ -77,10 +78,10 @@ class ContourCell {
     void find_by_sorting(std::span<const OrdinalRectangle> rectangles, unsigned axis);
 
     std::uint32_t lo_ = 0, extent_ = 0, count_ = 0;
-    std::vector<std::uint32_t> ordinals_;  // by bit above them, ascending
+    std::vector<std::uint32_t> ordinals_;  // by the bit above them, ascending
     std::vector<std::uint64_t> marks_;     // by offset; all zero between calls
     std::vector<std::uint8_t> bits_;       // by marked offset
-    std::vector<Range> ranges_;            // and room for more
+    std::vector<Range> ranges_;            // with room for more
     std::size_t range_count_ = 0;
   };
 
@@ -91,7 +92,7 @@ class ContourCell {
 
   std::array<Places, 2> places_;
   std::array<std::uint64_t, kBits> rows_{};
-  std::uint64_t occurring_ = 0;  // bits of rows above which a rectangle begins or ends
+  std::uint64_t occurring_ = 0;  // bits of the rows above which a rectangle begins or ends
 };
 
 }  // namespace boxunion

@@ -9,11 +9,11 @@
 namespace boxunion {
 namespace {
 
-/// Which edges of a single corner lead where, by the filled quadrants.
+/// Where the edges of a single corner lead, by the filled quadrants.
 struct Turn {
   std::int8_t step = 0;     // to the next corner on the row, if it comes next on the loop
   bool to_below = false;    // the lower corner in the column comes next
-  bool from_below = false;  // it comes before
+  bool from_below = false;  // the lower corner in the column comes before
   bool begins = false;      // an edge goes right and one goes up
 };
 
@@ -57,7 +57,7 @@ ContourLinks::ContourLinks(const Contour& contour, const ContourColumns& columns
   constexpr std::size_t kFewest = 1 << 13;  // vertices of a band
   const std::size_t n = vertices_.size(), most = n / std::max(kFewest, std::size_t{columns.count()} / 4) + 1,
                     count = std::min(most, thread_count());
-  // upper corners are few, and what is not used takes no memory
+  // there are few upper corners, and unused elements take no memory
   with_memory("the loops", 2 * n * sizeof(std::uint32_t), [&] { next_.resize(2 * n); });
   for (std::size_t i = 1, begin = 0; i <= count; ++i) {
     std::size_t end = std::max(begin, n * i / count);
@@ -77,7 +77,7 @@ bool ContourLinks::touches(std::uint32_t corner) const {
   return quadrants == kRising || quadrants == kFalling;
 }
 
-// No branch depends on a single corner's quadrants, which nobody can predict.
+// Branch-free on the quadrants of a single corner, because the branch would be unpredictable.
 void ContourLinks::link(Band& band, const ContourColumns& column_of, std::vector<Dangling>& dangling) {
   const auto n = static_cast<std::uint32_t>(vertices_.size());
   with_memory("the loops", column_of.count() * sizeof(std::uint32_t),

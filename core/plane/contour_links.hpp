@@ -11,7 +11,7 @@
 
 namespace boxunion {
 
-/// The x of a contour's vertices as small numbers in the same order: ordinals, or ranks where the ordinals
+/// The x of a contour's vertices as small numbers in the same order: the ordinals, or ranks if the ordinals
 /// are too sparse.
 class ContourColumns {
  public:
@@ -29,37 +29,37 @@ class ContourColumns {
 
 /// Links the corners of a contour to loops, with the inside to the left.
 ///
-/// A vertex has a corner of the same number. Where two corners touch, that is the lower one, and the upper
-/// one is numbered from the number of vertices on, in the order of the vertices again.
+/// A vertex has a corner with the same number. If two corners touch at the vertex, this is the lower one. The
+/// upper corners are numbered from the number of vertices on, in the order of the vertices.
 ///
-/// The ends of a horizontal edge are neighbors in the order of the vertices. Those of a vertical one are
-/// neighbors in a column, so it takes the last vertex of each column to find them. Bands of rows are linked
-/// in parallel, and joined in the columns.
+/// The ends of a horizontal edge are neighbors in the order of the vertices. Those of a vertical edge are
+/// neighbors in a column, so the last vertex of each column is enough to find them. Bands of rows are linked
+/// in parallel and joined in the columns.
 class ContourLinks {
  public:
-  /// Vertices [begin, end): some rows.
+  /// Some rows: vertices [begin, end).
   struct Band {
     std::uint32_t begin, end;
-    /// Corners that may be the lowest, and of these the leftmost, of a loop, in order of their vertices. A
-    /// loop has a lowest edge, and this is its left end: an edge goes right and one goes up.
+    /// Corners that may be the lowest of a loop, and the leftmost of these, in order of their vertices. A
+    /// loop has a lowest edge. At its left end, one edge goes right and one goes up.
     Array<std::uint32_t> beginnings;
-    /// Of each column the last corner in this band or a lower one; kNone if there is none, or anything in
-    /// the only band.
+    /// For each column, the last corner in this band or a lower one, or kNone. Arbitrary if there is only one
+    /// band.
     Array<std::uint32_t> last;
   };
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
-  /// Throws Error(resources) if memory does not suffice; there may be 2^31 - 1 vertices.
+  /// Throws Error(resources) if memory does not suffice. There may be up to 2^31 - 1 vertices.
   ContourLinks(const Contour& contour, const ContourColumns& columns);
 
   std::span<const Band> bands() const { return bands_; }
-  /// The next corner on the loop. It may be overwritten.
+  /// The next corner on the loop. Callers may overwrite it.
   std::uint32_t& next(std::uint32_t corner) { return next_[corner]; }
   std::uint32_t next(std::uint32_t corner) const { return next_[corner]; }
   std::uint32_t vertex(std::uint32_t corner) const {
-    return std::min(corner, corner - static_cast<std::uint32_t>(vertices_.size()));  // or it wraps round
+    return std::min(corner, corner - static_cast<std::uint32_t>(vertices_.size()));  // or it wraps around
   }
-  /// True if two corners touch at the corner's vertex.
+  /// True if two corners touch at the vertex of a corner.
   bool touches(std::uint32_t corner) const;
   std::uint32_t upper(std::uint32_t vertex) const {
     return vertex + static_cast<std::uint32_t>(vertices_.size());

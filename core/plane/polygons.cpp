@@ -25,15 +25,15 @@ bool fills(const ContourVertex& vertex, Quadrant quadrant) {
 
 /// A hole that was cut off a loop where the loop touched itself.
 struct CutOff {
-  std::uint32_t loop;                  // of the band
-  std::vector<std::uint32_t> corners;  // from the lowest one, of these the leftmost
+  std::uint32_t loop;                  // index in the band
+  std::vector<std::uint32_t> corners;  // from the lowest corner on, the leftmost of these
 };
 
 /// The loops that begin in a band, in the order of their beginnings. No loop visits a vertex twice.
 struct BandLoops {
-  Array<std::uint32_t> corners;      // of one loop after the other
+  Array<std::uint32_t> corners;      // of all loops, one after the other
   Array<std::uint32_t> ends;         // of each loop in `corners`
-  std::vector<std::uint32_t> holes;  // which of the loops are holes
+  std::vector<std::uint32_t> holes;  // indices of the loops that are holes
   std::vector<CutOff> cut_off;       // in the order of their loops
 
   std::size_t size() const { return ends.size(); }
@@ -44,10 +44,10 @@ struct BandLoops {
   }
 };
 
-/// Cuts the last loop of a band, from `begin` on, wherever it visits a vertex twice. What lies between the
-/// two visits is a loop of its own: a hole, since the loops of different polygons share no corner, and the
-/// lowest corner of an outer loop is visited once. The corners that stay keep their order. The visits of
-/// different vertices do not cross, for loops touch but never cross themselves; so a stack finds them.
+/// Cuts the last loop of a band, from `begin` on, wherever it visits a vertex twice. The part between the two
+/// visits is a loop of its own. It is a hole, because loops of different polygons share no corner, and the
+/// lowest corner of an outer loop is visited once. The remaining corners keep their order. Loops touch but
+/// never cross themselves, so visits of different vertices are nested, and a stack finds them.
 void cut_where_touching(const ContourLinks& links, std::size_t begin, BandLoops& loops) {
   std::vector<std::pair<std::uint32_t, std::size_t>> visits;  // vertex, place in the loop
   for (std::size_t i = begin; i < loops.corners.size(); ++i)
@@ -62,7 +62,7 @@ void cut_where_touching(const ContourLinks& links, std::size_t begin, BandLoops&
   const std::vector<std::uint32_t> all(loops.corners.begin() + static_cast<std::ptrdiff_t>(begin),
                                        loops.corners.end());
   loops.corners.resize(begin);
-  std::vector<std::size_t> stack;  // places that no cut has taken yet
+  std::vector<std::size_t> stack;  // places not yet cut off
   auto next = twice.begin();
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (next != twice.end() && next->first == begin + i) {
@@ -81,14 +81,14 @@ void cut_where_touching(const ContourLinks& links, std::size_t begin, BandLoops&
   for (const std::size_t place : stack) loops.corners.push_back(all[place]);
 }
 
-/// Follows the loops that begin in a band. One that comes from a lower band is left as soon as it is seen to;
-/// corners of the band are marked when they are passed, so that none is passed twice.
+/// Follows the loops that begin in a band. A loop that comes from a lower band is abandoned as soon as that
+/// shows. Corners of the band are marked when they are passed, so that none is passed twice.
 BandLoops trace(const Contour& contour, const ContourLinks& links, const ContourLinks::Band& band) {
   const std::uint32_t n = static_cast<std::uint32_t>(contour.vertices.size()), size = band.end - band.begin;
   BandLoops loops;
   with_memory("the loops", size * sizeof(std::uint32_t), [&] { loops.corners.reserve(size); });
   loops.ends.reserve(band.beginnings.size());
-  std::vector<std::uint64_t> passed(size / 32 + 1);  // two bits a vertex: its own corner, the upper one
+  std::vector<std::uint64_t> passed(size / 32 + 1);  // two bits per vertex: its own corner and the upper one
   for (const std::uint32_t first : band.beginnings) {
     const std::size_t begin = loops.corners.size();
     std::uint32_t corner = first;
@@ -121,7 +121,8 @@ BandLoops trace(const Contour& contour, const ContourLinks& links, const Contour
 
 constexpr std::uint32_t kRising = 1u << left_below | 1u << right_above;
 
-/// By how many the left ends of intervals in a column become more above a vertex, by its quadrants.
+/// How many more left ends of intervals a column has above a vertex than below, by the quadrants of the
+/// vertex.
 constexpr auto kLeftEnds = [] {
   std::array<std::int32_t, 16> change{};
   for (unsigned q = 0; q < 16; ++q)
@@ -130,13 +131,13 @@ constexpr auto kLeftEnds = [] {
   return change;
 }();
 
-/// The left ends of the intervals in which a row cuts polygons, by column: a bitmap, and counts of what is in
-/// blocks of it, for it must change fast.
+/// The left ends of the intervals in which a row cuts polygons, by column. They are kept in a bitmap, with
+/// counts for blocks of it, because they change often.
 class LeftEnds {
  public:
   explicit LeftEnds(std::uint32_t columns)
       : words_(columns / 64 + 1), blocks_(columns / kBlock + 1), corners_(columns) {}
-  /// Those above a band.
+  /// The left ends above a band.
   LeftEnds(const Contour& contour, const ContourLinks& links, const ContourLinks::Band& band)
       : LeftEnds(static_cast<std::uint32_t>(band.last.size())) {
     for (std::uint32_t column = 0; column < band.last.size(); ++column) {
@@ -147,13 +148,13 @@ class LeftEnds {
     }
   }
 
-  /// Where a column's left end, if there is one above, comes from.
+  /// Changes the left end of a column, which then comes from `corner`.
   void change(std::uint32_t column, std::int32_t change, std::uint32_t corner) {
     words_[column / 64] ^= std::uint64_t(change != 0) << column % 64;
     blocks_[column / kBlock] += change;
     corners_[column] = corner;
   }
-  /// The corner whence the last left end before a column comes; there must be one.
+  /// The corner from which the last left end before a column comes. There must be one.
   std::uint32_t below(std::uint32_t column) const {
     std::uint32_t word = column / 64;
     std::uint64_t bits = words_[word] & ((std::uint64_t{1} << column % 64) - 1);
@@ -175,20 +176,20 @@ class LeftEnds {
 
 /// A loop round a hole.
 struct Hole {
-  std::uint32_t polygon;  // that has the hole
+  std::uint32_t polygon;  // the polygon that has the hole
   std::span<const std::uint32_t> corners;
 };
 
-/// Of each hole the left end of the interval that it splits: a corner of a loop of the same polygon that
+/// For each hole, the left end of the interval that it splits: a corner of a loop of the same polygon that
 /// begins lower.
 std::vector<std::uint32_t> find_left_ends(const Contour& contour, const ContourColumns& columns,
                                           const ContourLinks& links, std::span<const Hole> holes) {
   const std::span<const ContourLinks::Band> bands = links.bands();
   std::vector<std::uint32_t> result(holes.size());
-  // to begin at a band takes as long as to pass some vertices for each column
+  // to begin at a band costs as much as to pass some vertices per column
   const std::size_t grain = 4 * bands.size() * columns.count() / contour.vertices.size() + 1;
   parallel_ranges(0, bands.size(), grain, [&](std::size_t begin, std::size_t end) {
-    const auto first = [&](std::uint32_t vertex) {  // hole that begins there or later
+    const auto first = [&](std::uint32_t vertex) {  // the first hole that begins there or later
       return std::ranges::lower_bound(holes, vertex, {}, [](const Hole& hole) { return hole.corners[0]; });
     };
     std::uint32_t i = bands[begin].begin;
@@ -207,13 +208,13 @@ std::vector<std::uint32_t> find_left_ends(const Contour& contour, const ContourC
   return result;
 }
 
-/// The holes, sorted by polygon and by their lowest vertices. Links are overwritten by what their corners are
-/// of: a polygon's outer loop, or a hole.
+/// The holes, sorted by polygon and by their lowest vertices. Overwrites links with labels of their corners:
+/// the polygon of an outer loop, or a hole.
 std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& columns, ContourLinks& links,
                              std::span<const BandLoops> bands) {
   constexpr std::uint32_t kHole = 0x80000000u;
   std::vector<Hole> holes;
-  std::vector<std::array<std::uint32_t, 2>> before;  // polygons and holes of the bands below each
+  std::vector<std::array<std::uint32_t, 2>> before;  // polygons and holes in the bands below each
   std::uint32_t polygons = 0;
   bool some_cut_off = false;
   for (const BandLoops& band : bands) {
@@ -255,7 +256,7 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
   return holes;
 }
 
-/// The polygons with their holes, which are sorted by polygon.
+/// Joins the polygons with their holes, which are sorted by polygon.
 Faces joined(const ContourLinks& links, std::span<const BandLoops> bands, std::span<const Hole> holes) {
   struct Place {
     std::size_t polygon = 0, hole = 0, point = 0;
