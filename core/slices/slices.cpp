@@ -18,14 +18,14 @@ class TileCutter {
   }
 
  private:
-  /// Cuts a tile whose rectangles are stack_[begin ..]; leaves the stack as it was, less those.
+  /// Cuts a tile whose rectangles are stack_[begin ..], and removes these from the stack.
   void cut(const SlabRectangle& tile, std::size_t begin) {
     const std::size_t count = stack_.size() - begin;
     if (count == 0) return;
     if (2 * count > max_coordinates_) {
       find_own_coordinates(tile, begin);
       const std::size_t x = own_[0].size(), y = own_[1].size();
-      if (x == 0 || y == 0) return stack_.resize(begin);  // no vertex can be here
+      if (x == 0 || y == 0) return stack_.resize(begin);  // the tile can own no vertex
       if (count > 8 * (x + y)) merge_equal_clips(tile, begin);
       if (std::max(x, y) > max_coordinates_) return cut_halves(tile, begin, x >= y ? 0 : 1);
     }
@@ -55,7 +55,7 @@ class TileCutter {
     stack_.resize(begin);
   }
 
-  /// The coordinates that the tile owns on each axis, sorted and distinct where they are many.
+  /// Finds the coordinates that the tile owns on each axis; sorts and merges them if there are many.
   void find_own_coordinates(const SlabRectangle& tile, std::size_t begin) {
     for (int a = 0; a < 2; ++a) {
       auto& own = own_[a];
@@ -69,7 +69,7 @@ class TileCutter {
     }
   }
 
-  /// Within the tile, a rectangle is its clip to [lo - 1, hi].
+  /// Merges rectangles that are equal within the tile, where a rectangle is its clip to [lo - 1, hi].
   void merge_equal_clips(const SlabRectangle& tile, std::size_t begin) {
     for (std::size_t i = begin; i < stack_.size(); ++i)
       for (int a = 0; a < 2; ++a) {

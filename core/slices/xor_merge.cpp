@@ -10,7 +10,8 @@ namespace {
 constexpr unsigned bit(unsigned quadrants, int i) {
   return quadrants >> i & 1u;
 }
-/// Right of a vertex: the quadrants below (bit 0) and above (bit 1) the line, as both sides of a later point.
+/// The quadrants below (bit 0) and above (bit 1) the line to the right of a vertex, repeated on both sides
+/// for a later point.
 constexpr unsigned beside(unsigned quadrants) {
   return bit(quadrants, 1) * 3u | bit(quadrants, 3) * 12u;
 }
@@ -34,8 +35,8 @@ XorMerge::XorMerge(std::uint32_t size) {
   }
 }
 
-/// The slab's quadrants at a point of the line that is not its vertex; row[row_index - 1] is the last vertex
-/// before it.
+/// The quadrants of the slab at a point of the line that is not one of its vertices. row[row_index - 1] is
+/// the last vertex before the point.
 unsigned XorMerge::Side::quadrants(std::uint32_t x, std::size_t row_index) const {
   if (row_index > 0) {
     const unsigned before = row[row_index - 1].quadrants;
@@ -46,7 +47,7 @@ unsigned XorMerge::Side::quadrants(std::uint32_t x, std::size_t row_index) const
   return left != OrderedBitset::kNone && right_of(left) ? 15u : 0u;
 }
 
-/// Moves past the line: the vertical edges above it become active.
+/// Moves past the line. The vertical edges above it become active.
 void XorMerge::Side::advance() {
   for (const ContourVertex& v : row) {
     if (bit(v.quadrants, 2) == bit(v.quadrants, 3)) {
@@ -65,11 +66,11 @@ void XorMerge::emit(std::uint32_t x, std::uint32_t y, unsigned lower, unsigned u
   if (kOctants[mask].vertex) out_->push_back({x, y, z_, mask});
 }
 
-/// Where horizontal edges of one side on the line cross vertical edges of the other.
+/// Finds where horizontal edges of one side on the line cross vertical edges of the other side.
 void XorMerge::crossings(int horizontal) {
   const Side& side = sides_[horizontal];
   const Side& other = sides_[1 - horizontal];
-  std::size_t next = 0;  // in the other side's row: its own vertices are candidates already
+  std::size_t next = 0;  // index in the other side's row, whose vertices are candidates already
   for (std::size_t i = 0; i + 1 < side.row.size(); ++i) {
     const ContourVertex& v = side.row[i];
     if (!starts_horizontal(v.quadrants)) continue;

@@ -10,8 +10,8 @@
 
 namespace boxunion {
 
-/// A vertex of a slab's contour. Bit x + 2y of `quadrants` says whether the quadrant (x, y in {0, 1}; 1 is
-/// the positive side) of its neighborhood is inside; the mask is constant along neither axis.
+/// A vertex of a slab's contour. Bit x + 2y of `quadrants` is set if the quadrant (x, y in {0, 1}; 1 is the
+/// positive side) around it is inside. The mask is constant along neither axis.
 struct ContourVertex {
   std::uint32_t x = 0, y = 0;
   std::uint32_t quadrants = 0;
@@ -24,26 +24,26 @@ struct ContourVertex {
 
 /// The vertices of the solid in the plane between two neighboring slabs (López Monterde et al., section 6).
 ///
-/// The published merge compares 2-D vertices by position and face degrees and loses configurations; here the
-/// octant mask of a point is simply the quadrants of the lower contour and those of the upper one. Candidates
-/// are the contour vertices of either slab and the points where a vertical contour edge of one slab crosses a
-/// horizontal one of the other. One sweep along y over the active vertical edges finds the crossings and the
-/// quadrants of the slab that has no vertex at a candidate: O((V1 + V2 + crossings) log_64 size).
+/// The published merge compares 2-D vertices by position and face degrees, and loses configurations. Here the
+/// octant mask of a point is the quadrants of the lower contour and those of the upper one. Candidates are
+/// the contour vertices of either slab, and the points where a vertical contour edge of one slab crosses a
+/// horizontal edge of the other. One sweep along y over the active vertical edges finds the crossings, and
+/// the quadrants of the slab that has no vertex at a candidate: O((V1 + V2 + crossings) log_64 size).
 class XorMerge {
  public:
-  /// For contours whose x are below `size`.
+  /// For contours with x below `size`.
   explicit XorMerge(std::uint32_t size);
 
-  /// Appends the vertices at height z to `out`, in no particular order; x stays as in the contours. Both
-  /// contours are sorted and complete.
+  /// Appends the vertices at height z to `out`, in no particular order. x stays as in the contours. Both
+  /// contours must be sorted and complete.
   void operator()(std::span<const ContourVertex> lower, std::span<const ContourVertex> upper, std::uint32_t z,
                   Array<Vertex>& out);
 
  private:
-  /// One slab's state as the sweep line moves up: its vertical edges that cross the line.
+  /// The state of one slab as the sweep line moves up: its vertical edges that cross the line.
   struct Side {
     OrderedBitset edges;
-    std::vector<std::uint64_t> inside_right;  // by x: is the slab inside on the right of the edge?
+    std::vector<std::uint64_t> inside_right;  // by x: true if the slab is inside on the right of the edge
     std::span<const ContourVertex> row;       // vertices on the line
 
     bool right_of(std::uint32_t x) const { return inside_right[x >> 6] >> (x & 63) & 1; }
