@@ -15,7 +15,7 @@
 namespace boxunion {
 namespace {
 
-/// What a file says that must be read from its start, as binary numbers of one type.
+/// A copy, in binary numbers of one type, of a file that can only be read from its start.
 class SpooledFile final : public BoxFile {
  public:
   SpooledFile(std::string name, const std::string& scratch, const std::atomic<bool>* interrupted)

@@ -19,10 +19,10 @@
 namespace boxunion::csv {
 namespace {
 
-constexpr std::size_t kFirstBlockBytes = 1 << 20;  ///< of a file in memory at first: most files are small
-constexpr std::size_t kBlockBytes = 8 << 20;       ///< of a file in memory at most; no line may be longer
-constexpr std::size_t kChunkBytes = 1 << 17;       ///< parsed by one thread at a time
-constexpr std::size_t kPiecesAtOnce = 32;          ///< such chunks whose boxes are in memory at once
+constexpr std::size_t kFirstBlockBytes = 1 << 20;  ///< first block of a file in memory; most files are small
+constexpr std::size_t kBlockBytes = 8 << 20;  ///< maximum block of a file in memory; no line may be longer
+constexpr std::size_t kChunkBytes = 1 << 17;  ///< parsed by one thread at a time
+constexpr std::size_t kPiecesAtOnce = 32;     ///< maximum number of chunks whose boxes are in memory at once
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
 
 bool is_space(char c) {
@@ -35,7 +35,7 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
-/// Takes the next line off `text`, without its line end.
+/// Removes the first line from `text` and returns it without its line end.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
   std::string_view line = text.substr(0, end);
@@ -55,15 +55,15 @@ bool is_header(std::string_view line) {
   return plain == kHeader;
 }
 
-/// Reads one number at the start of [p, end); returns what follows it, or null if there is no number. Past
-/// the range of double the number is infinite.
+/// Reads one number at the start of [p, end). Returns the position behind it, or null if there is no number.
+/// A number beyond the range of double becomes infinite.
 const char* parse_number(const char* p, const char* end, double& value) {
   if (p != end && *p == '+' && p + 1 != end && p[1] != '-') ++p;
   const auto [rest, error] = fast_float::from_chars(p, end, value);
   return error == std::errc::invalid_argument ? nullptr : rest;
 }
 
-/// Reads a line of six numbers; false if it is anything else.
+/// Reads a line of six numbers. Returns false for anything else.
 bool parse_row(std::string_view line, Box& box) {
   const char* p = line.data();
   const char* const end = p + line.size();
@@ -77,14 +77,14 @@ bool parse_row(std::string_view line, Box& box) {
   return p == end;
 }
 
-/// At most 40 characters of a field, safe to print on one line.
+/// The first 40 characters of a field, safe to print on one line.
 std::string quoted(std::string_view field) {
   std::string text;
   for (const char c : field.substr(0, 40)) text += c >= 0 && c < ' ' ? '?' : c;
   return fmt::format("\"{}{}\"", text, field.size() > 40 ? "..." : "");
 }
 
-/// Says why parse_row or the check of its box refused a line.
+/// Throws an error that says why parse_row or the check of its box rejected a line.
 [[noreturn]] void reject_row(const std::string& where, std::string_view line) {
   const auto columns = std::ranges::count(line, ',') + 1;
   if (columns != 6)
@@ -108,11 +108,11 @@ std::string quoted(std::string_view field) {
   throw std::logic_error("a valid row was rejected");
 }
 
-/// What one thread makes of a piece of the file.
+/// The result of one thread for a piece of the file.
 struct Chunk {
   std::vector<Box> boxes;
-  std::size_t lines = 0;                     ///< read, or up to the bad one
-  std::optional<std::string_view> bad_line;  ///< the first that is not a valid box
+  std::size_t lines = 0;                     ///< lines read, up to the bad one if there is one
+  std::optional<std::string_view> bad_line;  ///< the first line that is not a valid box
 };
 
 Chunk parse_chunk(std::string_view text) {
@@ -143,7 +143,7 @@ std::vector<std::string_view> cut(std::string_view text) {
   return pieces;
 }
 
-/// Gives the boxes of a file, which is fed to it in blocks of whole lines, to a sink.
+/// Passes the boxes of a file to a sink. The file is fed to it in blocks of whole lines.
 class Reader {
  public:
   Reader(const std::string& name, const BoxSink& sink) : name_(name), sink_(sink) {}
@@ -165,11 +165,11 @@ class Reader {
   }
 
   std::size_t lines() const { return lines_; }
-  /// Has there been a header or a box?
+  /// True after the first header or box.
   bool started() const { return started_; }
 
  private:
-  /// Takes what stands before the first box off `text`.
+  /// Removes what comes before the first box from `text`.
   void skip_header(std::string_view& text) {
     constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
     if (lines_ == 0 && text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
@@ -222,7 +222,7 @@ BoxSet read_boxes(InputFile& file) {
   std::vector<Box> boxes;
   stream_boxes(
       file, [&](std::span<const Box> block) { boxes.insert(boxes.end(), block.begin(), block.end()); },
-      [&](double times) {  // makes room for all of them, once
+      [&](double times) {  // reserves room for all boxes, once
         if (boxes.capacity() < std::size_t(double(boxes.size()) * times))
           boxes.reserve(std::size_t(double(boxes.size()) * times * 1.05));
       });

@@ -6,7 +6,7 @@
 
 namespace boxunion {
 
-/// Owns a file descriptor and closes it; negative: none.
+/// Owns a file descriptor and closes it. A negative one is none.
 class Descriptor {
  public:
   explicit Descriptor(int number = -1) : number_(number) {}

@@ -182,7 +182,7 @@ void PointWriter::write(std::span<const Point> points) {
 
 namespace {
 
-/// Writes make(0) .. make(count - 1), found in parallel, block by block.
+/// Computes make(0) .. make(count - 1) in parallel and writes them block by block.
 template <class T, class Writer, class Make>
 void write_blocks(Writer writer, std::size_t count, Make&& make) {
   constexpr std::size_t kRows = 1 << 18;

@@ -9,10 +9,10 @@
 
 namespace boxunion {
 
-/// Rounds coordinates to floats, for the formats that have nothing better, and remembers whether one changed.
+/// Rounds coordinates to floats, for formats that have no doubles, and remembers whether any changed.
 class FloatRounding {
  public:
-  /// `path` opens the message of Error(input) for a coordinate beyond the floats.
+  /// `path` begins the message of Error(input) for a coordinate beyond the range of floats.
   explicit FloatRounding(const std::string& path) : path_(path) {}
 
   float operator()(double coordinate) {

@@ -15,7 +15,7 @@
 namespace boxunion {
 namespace {
 
-/// Large reads are cut, so that an interruption is seen soon.
+/// Large reads are split, so that an interrupt is noticed soon.
 constexpr std::size_t kReadBytes = 8 << 20;
 
 }  // namespace
@@ -85,7 +85,7 @@ void InputFile::read_at(std::uint64_t offset, std::span<char> bytes) const {
   }
 }
 
-/// Waits for something to read, or the end. A pipe that nobody has opened for writing has neither.
+/// Waits for data or the end of the file. A pipe that nobody has opened for writing has neither.
 void InputFile::wait() const {
   constexpr int kMilliseconds = 100;
   pollfd file{file_, POLLIN, 0};

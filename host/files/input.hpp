@@ -12,27 +12,27 @@ namespace boxunion {
 /// A file open for reading, or standard input.
 class InputFile {
  public:
-  /// `path` "-" is standard input. Where `interrupted` becomes true, reading throws Error(interrupted) within
-  /// a fraction of a second, also where it waits for a pipe. Throws Error(input) if there is no such file, or
-  /// it is a folder or unreadable.
+  /// A `path` of "-" is standard input. When `interrupted` becomes true, reading throws Error(interrupted)
+  /// within a fraction of a second, even while it waits for a pipe. Throws Error(input) if there is no such
+  /// file, or if it is a folder or unreadable.
   explicit InputFile(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
   ~InputFile();
 
-  /// What messages call it: the path, or "standard input".
+  /// The name in messages: the path, or "standard input".
   const std::string& name() const { return name_; }
-  /// Size in bytes of a regular file, nothing for a pipe.
+  /// Size in bytes of a regular file; nothing for a pipe.
   std::optional<std::uint64_t> size() const;
 
-  /// Fills `bytes` from the current position; returns how many it got: fewer only at the end of the file.
+  /// Fills `bytes` from the current position and returns the number of bytes read, which is less only at the
+  /// end of the file.
   std::size_t read(std::span<char> bytes);
-  /// Everything from the current position to the end. Throws Error(input) where that is more than `most`
-  /// bytes.
+  /// Everything from the current position to the end. Throws Error(input) if this is more than `most` bytes.
   std::string read_all(std::size_t most);
   /// Fills `bytes` from `offset` of a regular file; throws Error(input) at the end of it. Thread-safe.
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
-  /// Throws Error(interrupted) if it was.
+  /// Throws Error(interrupted) if `interrupted` is true.
   void check_interrupted() const;
 
  private:

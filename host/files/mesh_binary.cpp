@@ -17,7 +17,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the writers below copy numbers as they are");
 
-/// Writes records of N bytes: fill(i, bytes) makes record i.
+/// Writes records of N bytes. fill(i, bytes) makes record i.
 template <std::size_t N, class Fill>
 void write_records(OutputFile& file, std::size_t count, Fill fill) {
   constexpr std::size_t kRecords = 1 << 14;

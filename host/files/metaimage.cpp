@@ -13,7 +13,7 @@
 namespace boxunion::metaimage {
 namespace {
 
-/// Reads the lines up to ElementDataFile, which is the last one.
+/// Reads the lines up to ElementDataFile, the last one.
 VolumeHeader read_header(std::shared_ptr<const InputFile> file) {
   VolumeHeader header(std::move(file));
   while (const auto line = header.take_line()) {
@@ -53,7 +53,8 @@ bool is_true(const VolumeHeader& header, const std::string& field, bool otherwis
   reject(header.file(), fmt::format("{} is \"{}\", expected True or False", field, shortened(*value)));
 }
 
-/// The numbers of the first of some fields that is there; they are different names for one thing.
+/// The numbers in the first of some fields that is present. The fields are different names for the same
+/// thing.
 std::vector<double> numbers(const VolumeHeader& header, std::initializer_list<const char*> fields,
                             const std::vector<double>& otherwise) {
   for (const char* field : fields)

@@ -33,20 +33,20 @@ T byte_swapped(T value) {
   return std::bit_cast<T>(bytes);
 }
 
-/// Is there a double that equals this integer?
+/// True if a double equals this integer.
 bool is_double(std::int64_t value) {
   const std::uint64_t magnitude = value < 0 ? 0 - std::uint64_t(value) : std::uint64_t(value);
   return value == 0 || magnitude >> std::countr_zero(magnitude) < std::uint64_t{1} << 53;
 }
 
-/// The array's place in the file.
+/// The place of the array in the file.
 struct Layout {
   std::uint64_t offset;
   std::uint64_t rows;
   bool fortran_order, swapped;
 };
 
-/// Row, counted from 0, of the first number that no double equals, and the number.
+/// The first number that no double equals, and its row, counted from 0.
 struct Inexact {
   std::size_t row;
   std::int64_t value;
@@ -77,7 +77,7 @@ class BoxArray final : public BoxFile {
     check(read_rows(begin, boxes, raw));
     return boxes;
   }
-  /// All of them, in parallel.
+  /// All boxes, read in parallel.
   BoxSet read_all() const {
     std::vector<BoxOf<T>> boxes = with_memory(file_->name(), layout_.rows * sizeof(BoxOf<T>),
                                               [&] { return std::vector<BoxOf<T>>(layout_.rows); });
@@ -100,7 +100,7 @@ class BoxArray final : public BoxFile {
     file_->read_at(layout_.offset + index * sizeof(Stored),
                    {reinterpret_cast<char*>(values.data()), values.size_bytes()});
   }
-  /// Reads rows from `begin` on until all are read or one is no double.
+  /// Reads rows from `begin` on until all are read or a number is no double.
   Inexact read_rows(std::uint64_t begin, std::span<BoxOf<T>> boxes, std::vector<Stored>& raw) const {
     const std::size_t rows = boxes.size();
     if (rows == 0) return {layout_.rows, 0};
@@ -134,7 +134,7 @@ class BoxArray final : public BoxFile {
   Layout layout_;
 };
 
-/// Calls f(array) with the array of boxes that a header announces.
+/// Calls f(array) with the array of boxes that a header describes.
 template <class F>
 auto with_array(const std::shared_ptr<const InputFile>& file, const Header& header, F&& f) {
   const char order = header.descr.front();
@@ -182,7 +182,7 @@ template void write_box_header<std::int32_t>(OutputFile&, std::uint64_t);
 
 template <class T>
 void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes) {
-  constexpr std::size_t kRows = 1 << 17;  // so that an interruption is seen soon
+  constexpr std::size_t kRows = 1 << 17;  // small, so that an interrupt is noticed soon
   for (; !boxes.empty(); boxes = boxes.subspan(std::min(kRows, boxes.size())))
     file.write_array(boxes.first(std::min(kRows, boxes.size())));
 }

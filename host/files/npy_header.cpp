@@ -16,7 +16,8 @@ namespace {
 constexpr std::string_view kMagic = "\x93NUMPY";
 constexpr std::uint64_t kLongestHeader = std::uint64_t{1} << 20;
 
-/// Takes a Python value off the start of `text`: up to a comma or bracket outside of all quotes and brackets.
+/// Removes a Python value from the start of `text`: everything up to a comma or bracket outside all quotes
+/// and brackets.
 std::string take_value(std::string_view& text) {
   int depth = 0;
   char quote = 0;
@@ -42,7 +43,7 @@ std::string take_value(std::string_view& text) {
   return value.substr(first, value.find_last_not_of(" \n") + 1 - first);
 }
 
-/// Without quotes, if it has any.
+/// A value without its quotes, if it has any.
 std::string unquoted(const std::string& value) {
   const bool is_quoted = value.size() >= 2 && (value.front() == '\'' || value.front() == '"');
   return is_quoted ? value.substr(1, value.size() - 2) : value;

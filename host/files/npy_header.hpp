@@ -13,13 +13,13 @@
 
 namespace boxunion::npy {
 
-/// The header of an array, its values as the Python text they stand there as.
+/// The header of an array. Its values are Python text, as in the file.
 struct Header {
   std::string descr, fortran_order, shape;
   std::uint64_t data_offset = 0;
 
   bool is_fortran() const { return fortran_order == "True"; }
-  /// The numbers of the shape; nothing if it is no tuple of numbers.
+  /// The numbers of the shape; nothing if the shape is not a tuple of numbers.
   std::optional<std::vector<std::uint64_t>> extents() const;
 };
 

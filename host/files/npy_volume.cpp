@@ -52,7 +52,7 @@ template <class T>
 void write_volume(OutputFile& file, const VoxelGrid& grid, std::span<const T> voxels) {
   const auto [nx, ny, nz] = grid.size;
   write_header(file, sizeof(T) == 1 ? "'|u1'" : "'<u4'", fmt::format("({}, {}, {})", nz, ny, nx));
-  constexpr std::size_t kAtOnce = std::size_t{1} << 20;  // so that an interruption is seen soon
+  constexpr std::size_t kAtOnce = std::size_t{1} << 20;  // small, so that an interrupt is noticed soon
   for (; !voxels.empty(); voxels = voxels.subspan(std::min(kAtOnce, voxels.size())))
     file.write_array(voxels.first(std::min(kAtOnce, voxels.size())));
 }

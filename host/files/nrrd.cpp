@@ -22,7 +22,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Reads the lines up to the blank one that ends an attached header.
+/// Reads the lines up to the blank line that ends an attached header.
 VolumeHeader read_header(std::shared_ptr<const InputFile> file) {
   VolumeHeader header(std::move(file));
   const auto magic = header.take_line();
@@ -94,7 +94,7 @@ Element element_of(const VolumeHeader& header) {
   return found->second;
 }
 
-/// The number of each axis in a field where "nan" means that it is not known.
+/// The number for each axis in a field. "nan" means that the numbers are unknown.
 std::array<double, 3> per_axis(const VolumeHeader& header, const std::string& field, double unknown) {
   const std::string* value = header.find(field);
   if (!value) return {unknown, unknown, unknown};
@@ -103,7 +103,7 @@ std::array<double, 3> per_axis(const VolumeHeader& header, const std::string& fi
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-/// Where the axes lie, by directions in space or else by spacings and minima of the axes.
+/// Places the axes by their directions in space, or otherwise by their spacings and minima.
 void place(const VolumeHeader& header, VoxelGrid& grid) {
   if (header.find("spacedirections")) {
     const auto d = header.numbers("spacedirections", 9);
@@ -127,7 +127,7 @@ void place(const VolumeHeader& header, VoxelGrid& grid) {
   }
 }
 
-/// Where the line begins that follows so many from `offset` on; at most the end of the file.
+/// The offset behind the next `lines` lines from `offset` on, at most the size of the file.
 std::uint64_t skip_lines(const InputFile& file, std::uint64_t offset, std::int64_t lines) {
   const std::uint64_t size = regular_size(file);
   std::array<char, std::size_t{1} << 16> block;
@@ -140,7 +140,7 @@ std::uint64_t skip_lines(const InputFile& file, std::uint64_t offset, std::int64
   return size;
 }
 
-/// Skips lines, then bytes; -1 bytes skip all but the voxels.
+/// The offset of the voxels: skips lines, then bytes. -1 bytes skip everything but the voxels.
 std::uint64_t data_offset(const VolumeHeader& header, const InputFile& file, std::uint64_t offset,
                           std::uint64_t bytes, bool is_compressed) {
   const std::uint64_t size = regular_size(file);

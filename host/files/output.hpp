@@ -13,41 +13,41 @@
 
 namespace boxunion {
 
-/// Output files that get their names together, when all of them are complete and all else has succeeded. It
-/// outlives those that are opened in it.
+/// Output files that get their names together, when all of them are complete and everything else has
+/// succeeded. A group must outlive the files that are opened in it.
 class OutputGroup {
  public:
   OutputGroup() = default;
   OutputGroup(const OutputGroup&) = delete;
   OutputGroup& operator=(const OutputGroup&) = delete;
 
-  /// Gives the files that were committed their names.
+  /// Gives the committed files their names.
   void publish();
 
  private:
   friend class OutputFile;
-  /// Throws Error(usage) if a file of the group is to have the same name.
+  /// Throws Error(usage) if another file of the group has the same target.
   void enter(const PendingFile& file);
 
-  std::vector<std::pair<std::string, PendingFile::Target>> entered_;  ///< with their paths
+  std::vector<std::pair<std::string, PendingFile::Target>> entered_;  ///< targets with their paths
   std::vector<PendingFile> committed_;
 };
 
 /// A file that appears under its name only when it is complete: see PendingFile.
 class OutputFile {
  public:
-  /// Opens the file, so that a missing or read-only folder is found before any heavy work. Where
-  /// `interrupted` becomes true, the next write throws Error(interrupted). In a group it gets its name when
-  /// that is published. Throws Error(input) if the file cannot be created, or if `path` names something that
-  /// is not a regular file, and Error(usage) if it is another file of the group.
+  /// Opens the file at once, so that a missing or read-only folder is found before any heavy work. When
+  /// `interrupted` becomes true, the next write throws Error(interrupted). In a group, the file gets its name
+  /// when the group is published. Throws Error(input) if the file cannot be created, or if `path` names
+  /// something that is not a regular file, and Error(usage) if it is another file of the group.
   explicit OutputFile(std::string path, const std::atomic<bool>* interrupted = nullptr,
                       OutputGroup* group = nullptr);
 
   const std::string& path() const { return file_.path(); }
-  /// The bytes appended so far.
+  /// The number of bytes appended so far.
   std::uint64_t size() const { return written_ + buffer_.size(); }
 
-  /// Appends; throws Error(resources) where the disk is full or fails.
+  /// Appends text. Throws Error(resources) if the disk is full or fails.
   void write(std::string_view text);
   /// Appends the bytes of an array.
   template <class T>
@@ -55,11 +55,11 @@ class OutputFile {
     write({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   }
 
-  /// Writes over bytes appended before, from an offset; throws as write does.
+  /// Overwrites bytes appended before, from an offset on. Throws as write does.
   void overwrite(std::uint64_t offset, std::string_view text);
 
-  /// Writes what is left and gives the file its name, in place of any file that had it, or leaves that to its
-  /// group. Nothing follows.
+  /// Writes the remaining bytes and gives the file its name, replacing any file of that name; in a group, the
+  /// group does that. Nothing may be written afterwards.
   void commit();
 
  private:
@@ -69,8 +69,8 @@ class OutputFile {
   PendingFile file_;
   const std::atomic<bool>* interrupted_;
   OutputGroup* group_;
-  std::string buffer_;         ///< appended, not written yet
-  std::uint64_t written_ = 0;  ///< bytes before these
+  std::string buffer_;         ///< appended, not yet written
+  std::uint64_t written_ = 0;  ///< number of bytes before the buffer
 };
 
 }  // namespace boxunion

@@ -15,14 +15,14 @@
 namespace boxunion {
 namespace {
 
-/// A path of an open file, by which it can be linked.
+/// A path of an open file that can be used to link it.
 std::string path_of(const Descriptor& file) {
   return fmt::format("/proc/self/fd/{}", file.get());
 }
 
-/// Where a chain of symbolic links leads to; a loop stays a link.
+/// The end of a chain of symbolic links. A loop stays a link.
 std::filesystem::path follow_links(std::filesystem::path path) {
-  constexpr int kMostLinks = 40;  // as many as the system follows
+  constexpr int kMostLinks = 40;  // the limit of the system
   for (int links = 0; links < kMostLinks; ++links) {
     std::error_code no_link;
     const std::filesystem::path next = std::filesystem::read_symlink(path, no_link);
@@ -32,14 +32,14 @@ std::filesystem::path follow_links(std::filesystem::path path) {
   return path;
 }
 
-/// In a sticky folder, as /tmp is, only the owners of the folder and of a file, and root, may replace that
-/// file.
+/// True if this user may replace a file in a folder. In a sticky folder such as /tmp, only root and the
+/// owners of the folder and of the file may.
 bool may_replace(const struct stat& file, const struct stat& folder) {
   const ::uid_t user = ::geteuid();
   return !(folder.st_mode & S_ISVTX) || user == 0 || user == folder.st_uid || user == file.st_uid;
 }
 
-/// Opens a file without a name that can be given one later; nothing if the system has none.
+/// Opens a nameless file that can be given a name later. Returns nothing if the system does not support that.
 Descriptor open_nameless([[maybe_unused]] const Descriptor& folder, [[maybe_unused]] ::mode_t mode) {
 #ifdef O_TMPFILE
   Descriptor file(::openat(folder.get(), ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, mode));
@@ -48,15 +48,16 @@ Descriptor open_nameless([[maybe_unused]] const Descriptor& folder, [[maybe_unus
   return Descriptor();
 }
 
-/// The n-th name to try for a temporary file. It is short, so that any name of a target leaves room for it.
+/// The n-th name to try for a temporary file. It is short, so that it fits wherever the name of the target
+/// does.
 std::string temporary_name(int attempt) {
   return fmt::format("boxunion-{}-{}.partial", ::getpid(), attempt);
 }
 
-/// Replaces the access control list of a file by that of another. Returns false if that fails.
+/// Replaces the access control list of a file by that of another file. Returns false if that fails.
 bool copy_access_list(const std::string& from, const Descriptor& to) {
   constexpr const char* kList = "system.posix_acl_access";
-  std::string list(1 << 16, '\0');  // the most that the system allows
+  std::string list(1 << 16, '\0');  // the limit of the system
   const ::ssize_t size = ::getxattr(from.c_str(), kList, list.data(), list.size());
   if (size > 0) return ::fsetxattr(to.get(), kList, list.data(), std::size_t(size), 0) == 0;
   return ::fremovexattr(to.get(), kList) == 0 || errno == ENODATA || errno == ENOTSUP;
@@ -83,7 +84,7 @@ PendingFile::PendingFile(std::string path) : path_(std::move(path)) {
       cannot_create(std::generic_category().message(errno));
     if (!may_replace(old, parent))
       cannot_create("it belongs to another user, and only that user may replace it in this folder");
-    mode &= old.st_mode;  // what nobody else may read is not shown under a temporary name either
+    mode &= old.st_mode;  // a file that others may not read is not readable under a temporary name either
     target_ = {old.st_dev, old.st_ino, ""};
   } else {
     if (errno != ENOENT) cannot_create(std::generic_category().message(errno));
@@ -123,7 +124,7 @@ std::size_t PendingFile::write_at(std::uint64_t offset, std::string_view bytes) 
 }
 
 void PendingFile::check_written() const {
-  const int copy = ::fcntl(file_.get(), F_DUPFD_CLOEXEC, 0);  // closing it tells, and the file stays open
+  const int copy = ::fcntl(file_.get(), F_DUPFD_CLOEXEC, 0);  // to close it reports errors
   if (copy < 0 || ::close(copy) != 0) fail(errno);
 }
 
@@ -132,7 +133,7 @@ void PendingFile::publish() {
   if (::fstatat(folder_.get(), name_.c_str(), &old, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(old.st_mode))
     take_permissions_of(old);
   if (!temporary_.empty() || !link(name_)) {
-    for (int attempt = 0; temporary_.empty(); ++attempt)  // only a file with a name can replace another
+    for (int attempt = 0; temporary_.empty(); ++attempt)  // only a named file can replace another
       if (const std::string name = temporary_name(attempt); link(name)) temporary_ = name;
     if (::renameat(folder_.get(), temporary_.c_str(), folder_.get(), name_.c_str()) != 0) fail(errno);
     temporary_.clear();
@@ -150,14 +151,14 @@ bool PendingFile::link(const std::string& name) const {
 void PendingFile::take_permissions_of(const struct stat& old) {
   ::mode_t mode = old.st_mode & 07777;
   bool has_group = true;
-  if (::fchown(file_.get(), old.st_uid, old.st_gid) != 0) {  // only root gives files away
+  if (::fchown(file_.get(), old.st_uid, old.st_gid) != 0) {  // only root can give files away
     mode &= 0777;
     has_group = ::fchown(file_.get(), ::uid_t(-1), old.st_gid) == 0;
   }
   const ::mode_t mode_for_strangers = mode & ~(070u & ~((mode & 07u) << 3));
   ::fchmod(file_.get(), mode_for_strangers);
   const bool has_list = has_group && copy_access_list(fmt::format("{}/{}", path_of(folder_), name_), file_);
-  if (has_list) ::fchmod(file_.get(), mode);  // else its group may not do more than everybody
+  if (has_list) ::fchmod(file_.get(), mode);  // otherwise the group may not do more than everybody
 }
 
 void PendingFile::cannot_create(const std::string& reason) const {

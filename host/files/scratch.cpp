@@ -14,13 +14,13 @@
 namespace boxunion {
 namespace {
 
-/// Opens a file without a name; negative, with errno, if that fails.
+/// Opens a nameless file. Negative, with errno set, if that fails.
 int open_nameless(const std::string& folder) {
 #ifdef O_TMPFILE
   const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (file >= 0 || errno == ENOENT || errno == ENOTDIR || errno == EACCES) return file;
 #endif
-  std::string path = folder + "/boxunion-XXXXXX";  // a file system that knows only names
+  std::string path = folder + "/boxunion-XXXXXX";  // for file systems without nameless files
   const int named = ::mkostemp(path.data(), O_CLOEXEC);
   if (named >= 0) ::unlink(path.c_str());
   return named;

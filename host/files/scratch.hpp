@@ -7,21 +7,22 @@
 
 namespace boxunion {
 
-/// A file for what does not fit memory. It has no name, so however the process ends, nothing is left of it.
+/// A file for data that does not fit memory. It has no name, so nothing is left of it however the process
+/// ends.
 class ScratchFile {
  public:
-  /// Throws Error(input) where `folder` takes no files. Where `interrupted` becomes true, the next read or
-  /// write throws Error(interrupted).
+  /// Throws Error(input) if no file can be created in `folder`. When `interrupted` becomes true, the next
+  /// read or write throws Error(interrupted).
   explicit ScratchFile(const std::string& folder, const std::atomic<bool>* interrupted = nullptr);
   ScratchFile(ScratchFile&& other) noexcept;
   ScratchFile& operator=(ScratchFile&&) = delete;
   ~ScratchFile();
 
   std::uint64_t size() const { return size_; }
-  /// Appends bytes and returns their offset; throws Error(resources) where the disk is full or fails.
-  /// Thread-safe: what others append may come before or after, never between.
+  /// Appends bytes and returns their offset. Throws Error(resources) if the disk is full or fails.
+  /// Thread-safe: the bytes of one call stay together.
   std::uint64_t append(std::span<const char> bytes);
-  /// Fills `bytes` from `offset` with what was appended there. Thread-safe.
+  /// Fills `bytes` from `offset` on with what was appended there. Thread-safe.
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
 
  private:
@@ -34,7 +35,7 @@ class ScratchFile {
   std::atomic<std::uint64_t> size_ = 0;
 };
 
-/// $TMPDIR, or /tmp.
+/// $TMPDIR, or /tmp if it is not set.
 std::string default_scratch_folder();
 
 }  // namespace boxunion

@@ -10,7 +10,7 @@
 
 namespace boxunion {
 
-/// Writes rows 0 .. count - 1 to a file or part of one, where append(row, text) appends a row to a buffer.
+/// Writes rows 0 .. count - 1 to a file or a part of one. append(row, text) appends a row to a buffer.
 /// Parallel.
 template <class Sink, class F>
 void write_rows(Sink& sink, std::size_t count, F append) {

@@ -20,17 +20,17 @@
 namespace boxunion::tiff {
 namespace {
 
-/// What identifies how the pages of a stack store their voxels; all pages must agree.
+/// How the pages of a stack store their voxels. All pages must agree.
 struct PageFormat {
   std::uint32_t width = 0, height = 0;
   Element element = Element::u8;
   friend bool operator==(const PageFormat&, const PageFormat&) = default;
 };
 
-/// Of the tags of a page, which libtiff has in memory: the places of four million tiles.
+/// Limit for the tags of a page, which libtiff holds in memory: enough for four million tiles.
 constexpr std::uint64_t kMostTagBytes = std::uint64_t{1} << 26;
 
-/// A TIFF file open in libtiff, which reads it through an InputFile and leaves its messages here.
+/// A TIFF file open in libtiff, which reads it through an InputFile and passes its messages to this object.
 class Tiff {
  public:
   explicit Tiff(std::shared_ptr<const InputFile> file) : file_(std::move(file)), size_(regular_size(*file_)) {
@@ -75,10 +75,11 @@ class Tiff {
     return value;
   }
 
-  /// Throws what went wrong while libtiff called back, else Error(input) with its message.
+  /// Throws the exception of a callback from libtiff, if there was one, otherwise Error(input) with libtiff's
+  /// message.
   [[noreturn]] void fail(const std::string& problem) const {
     if (exception_) std::rethrow_exception(exception_);
-    // libtiff has no codes for its errors
+    // libtiff has no error codes
     if (message_.find("llocat") != message_.npos || message_.find("ut of memory") != message_.npos)
       throw Error(ErrorKind::resources, fmt::format("{}: out of memory: {}", file_->name(), message_));
     reject(*file_, message_.empty() ? problem : fmt::format("{}: {}", problem, message_));
@@ -89,7 +90,7 @@ class Tiff {
     void operator()(TIFF* handle) const { ::TIFFClose(handle); }
   };
 
-  /// After tags were read: libtiff only warns of some that it cannot read.
+  /// Ends the reading of tags. libtiff only warns of some tags that it cannot read.
   void end_tags() {
     tag_bytes_left_.reset();
     if (exception_) std::rethrow_exception(exception_);
@@ -104,7 +105,7 @@ class Tiff {
       if (tiff.tag_bytes_left_) tiff.count_tags(got);
       tiff.file_->read_at(tiff.position_, {static_cast<char*>(bytes), got});
     } catch (...) {
-      tiff.exception_ = std::current_exception();  // must not pass through libtiff
+      tiff.exception_ = std::current_exception();  // exceptions must not pass through libtiff
       return -1;
     }
     tiff.position_ += got;
@@ -130,14 +131,14 @@ class Tiff {
 
   std::shared_ptr<const InputFile> file_;
   std::uint64_t size_, position_ = 0;
-  std::optional<std::uint64_t> tag_bytes_left_ = kMostTagBytes;  ///< while tags are read
+  std::optional<std::uint64_t> tag_bytes_left_ = kMostTagBytes;  ///< has a value while tags are read
   std::string message_;
   std::exception_ptr exception_;
   std::unique_ptr<TIFF, Close> handle_;
 };
 
-/// The format of the current page. Throws Error(input) if boxunion cannot read it, or the file cannot hold
-/// it.
+/// The format of the current page. Throws Error(input) if boxunion cannot read it, or if the file is too
+/// small for it.
 PageFormat page_format(const Tiff& tiff, std::size_t page) {
   const auto refuse = [&](const std::string& problem) {
     reject(tiff.file(), fmt::format("page {}: {}", page, problem));
@@ -173,12 +174,12 @@ PageFormat page_format(const Tiff& tiff, std::size_t page) {
   const std::uint32_t pieces = is_tiled ? ::TIFFNumberOfTiles(tiff.get()) : ::TIFFNumberOfStrips(tiff.get());
   for (std::uint32_t i = 0; i < pieces && stored <= tiff.file_size(); ++i)
     stored += ::TIFFGetStrileByteCount(tiff.get(), i);
-  // How many bytes one can stand for at most: 64 in PackBits, 1032 in Deflate, about 1400 in LZW; 32 768 in
-  // Zstandard.
+  // The maximum number of bytes that one byte expands to: 64 in PackBits, 1032 in Deflate, about 1400 in LZW,
+  // 32 768 in Zstandard.
   const bool is_bounded = compression == COMPRESSION_LZW || compression == COMPRESSION_PACKBITS ||
                           compression == COMPRESSION_DEFLATE || compression == COMPRESSION_ADOBE_DEFLATE;
   const std::uint64_t ratio = compression == COMPRESSION_NONE ? 1 : is_bounded ? 2048 : 1 << 16;
-  const double bytes =  // of tiles, which 64 bits may be too few for
+  const double bytes =  // of tiles; a double, because 64 bits may overflow
       is_tiled ? double(pieces) * double(::TIFFTileSize(tiff.get()))
                : double(format.width) * double(format.height) * double(element_size(format.element));
   if (stored > tiff.file_size() || bytes / double(ratio) > double(stored))
@@ -222,12 +223,12 @@ void read_page(const Tiff& tiff, std::size_t page, const PageFormat& format, con
     }
 }
 
-/// Pages that are smaller versions of others are no slices.
+/// True if a page is a slice. Pages that are smaller versions of others are not.
 bool is_slice(const Tiff& tiff) {
   return (tiff.field<std::uint32_t>(TIFFTAG_SUBFILETYPE) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
 }
 
-/// Goes to the next page that is a slice; false at the end of the file.
+/// Goes to the next page that is a slice. False at the end of the file.
 bool next_slice(Tiff& tiff) {
   do {
     if (tiff.is_last_page()) return false;
@@ -236,7 +237,8 @@ bool next_slice(Tiff& tiff) {
   return true;
 }
 
-/// ImageJ writes more than 4 GB as one page followed by the pixels of the others, which libtiff cannot see.
+/// ImageJ writes more than 4 GB as one page followed by the pixels of the other pages, which libtiff cannot
+/// see.
 void check_imagej(const Tiff& tiff, std::size_t pages) {
   const char* description = nullptr;
   if (!::TIFFGetField(tiff.get(), TIFFTAG_IMAGEDESCRIPTION, &description) || !description) return;

@@ -17,7 +17,7 @@
 namespace boxunion {
 namespace {
 
-/// The voxels of a scene, in the bounds of all of them. The scene is read twice, so that its boxes are never
+/// The voxels of a scene, in the bounds of all of them. Reads the scene twice, so that its boxes are never
 /// all in memory.
 Volume filled(const InputFile& file, const VolumeOptions& options) {
   constexpr std::int32_t kFirst = std::numeric_limits<std::int32_t>::max(), kLast = -kFirst;

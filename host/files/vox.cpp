@@ -24,14 +24,14 @@
 namespace boxunion::vox {
 namespace {
 
-/// A file that is read in blocks.
+/// A file read in blocks.
 class Blocks {
  public:
   explicit Blocks(const InputFile& file) : file_(file), size_(regular_size(file)) {}
 
   const InputFile& file() const { return file_; }
   std::uint64_t size() const { return size_; }
-  /// Fills `bytes`, fewer than a block, from an offset on.
+  /// Fills `bytes`, which must be fewer than a block, from an offset on.
   void read(std::uint64_t offset, std::span<char> bytes) {
     if (offset < begin_ || offset + bytes.size() > begin_ + block_.size()) {
       begin_ = offset;
@@ -49,7 +49,7 @@ class Blocks {
   std::vector<char> block_;
 };
 
-/// Takes values off a part of the file.
+/// Takes values from a part of the file, in order.
 class Reader {
  public:
   Reader(Blocks& blocks, std::uint64_t begin, std::uint64_t end)
@@ -81,7 +81,7 @@ class Reader {
     return value;
   }
   std::uint32_t take_number() { return take<std::uint32_t>(); }
-  /// Takes a text; of a longer one than `most` bytes only these.
+  /// Takes a text. Returns at most its first `most` bytes.
   std::string take_text(std::uint32_t most) {
     const std::uint32_t length = take_number();
     const std::uint64_t begin = offset_;
@@ -102,7 +102,7 @@ class Reader {
   std::uint64_t offset_, end_;
 };
 
-/// Kind of a chunk.
+/// The kind of a chunk.
 using Kind = std::array<char, 4>;
 constexpr Kind kind_of(const char (&name)[5]) {
   return {name[0], name[1], name[2], name[3]};
@@ -111,7 +111,7 @@ constexpr Kind kind_of(const char (&name)[5]) {
 /// x, y, z and colour of a voxel.
 using Voxel = std::array<std::uint8_t, 4>;
 
-/// A model: its size, where its voxels are in the file, and the bounds of those inside.
+/// A model: its size, the place of its voxels in the file, and the bounds of the voxels inside.
 struct Model {
   std::array<std::uint32_t, 3> size{};
   std::uint64_t begin = 0, end = 0;
@@ -129,12 +129,12 @@ struct Model {
   }
 };
 
-/// Coordinate i of a point that is moved: sign[i] * point[from[i]] + shift[i].
+/// A placement of points. Coordinate i becomes sign[i] * point[from[i]] + shift[i].
 struct Placement {
   std::array<std::size_t, 3> from{0, 1, 2};
   std::array<std::int64_t, 3> sign{1, 1, 1}, shift{};
 
-  /// First `inner`, then this.
+  /// This placement applied after `inner`.
   Placement after(const Placement& inner) const {
     Placement both;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -146,7 +146,7 @@ struct Placement {
   }
 };
 
-/// A node of the scene graph: it moves what is below it, nodes or a model.
+/// A node of the scene graph. It moves everything below it: nodes or a model.
 struct Node {
   Placement placement;
   std::vector<std::uint32_t> children;
@@ -157,14 +157,14 @@ struct Node {
 struct Scene {
   std::vector<Model> models;
   std::map<std::uint32_t, Node> nodes;
-  std::uint64_t links = 0;  ///< children of all nodes
+  std::uint64_t links = 0;  ///< number of children of all nodes
 };
 
 bool is_inside(const Voxel& voxel, const VolumeOptions& options) {
-  return double(voxel[3]) >= options.threshold.value_or(1);  // colour 0 is none
+  return double(voxel[3]) >= options.threshold.value_or(1);  // colour 0 means empty
 }
 
-/// Looks at all voxels of a model.
+/// Reads the size of a model, and finds the bounds of its voxels.
 Model read_model(Reader size, Reader voxels, const VolumeOptions& options) {
   Model model;
   const Reader start = size;
@@ -214,9 +214,9 @@ void set_translation(Placement& placement, const Reader& reader, const std::stri
   }
 }
 
-/// Takes the frame of a node.
+/// Reads the first frame of a node.
 Placement take_placement(Reader& reader) {
-  constexpr std::uint32_t kLongestKey = 3, kLongestValue = 64;  // longer ones are none of ours
+  constexpr std::uint32_t kLongestKey = 3, kLongestValue = 64;  // no key or value that we need is longer
   const Reader frame = reader;
   std::optional<std::string> rotation, translation;
   for (std::uint32_t left = reader.take_number(); left > 0; --left) {
@@ -249,7 +249,7 @@ void read_node(Reader reader, const Kind& kind, Scene& scene) {
     if (kind == kind_of("nGRP"))
       node.children.push_back(below);
     else if (!node.model)
-      node.model = below;  // later ones are later frames of an animation
+      node.model = below;  // later models are later frames of an animation
     if (kind == kind_of("nSHP")) reader.skip_dictionary();
   }
   scene.links += node.children.capacity();
@@ -289,12 +289,12 @@ Scene read_scene(Blocks& blocks, const VolumeOptions& options) {
   return scene;
 }
 
-/// Where each model is, by walking the graph from node 0.
+/// The placements of each model, found by a walk through the graph from node 0.
 std::vector<std::vector<Placement>> place_models(const InputFile& file, Scene& scene) {
   struct Step {
     const Node* node;
     Placement placement;
-    std::size_t next = 0;  // of the children
+    std::size_t next = 0;  // index of the next child
   };
   std::vector<std::vector<Placement>> places(scene.models.size());
   std::vector<Step> path;
@@ -325,8 +325,8 @@ std::vector<std::vector<Placement>> place_models(const InputFile& file, Scene& s
   return places;
 }
 
-/// Gives the boxes of a model at its own coordinates, some at a time. Only the bounds of its voxels are
-/// looked at: many models of a few voxels may claim the greatest size.
+/// Passes the boxes of a model at its own coordinates to `take`, some at a time. Looks only within the bounds
+/// of its voxels, because many models of a few voxels may claim the maximum size.
 template <class Take>
 void stream_model(Blocks& blocks, const Model& model, const VolumeOptions& options, Take&& take) {
   if (model.is_empty()) return;
@@ -343,7 +343,7 @@ void stream_model(Blocks& blocks, const Model& model, const VolumeOptions& optio
   });
 }
 
-/// The boxes of a model, which turns about the middle of its size, rounded down.
+/// The boxes of a model after a placement, which turns about the middle of the model's size, rounded down.
 std::vector<IntegerBox> placed_boxes(const InputFile& file, std::span<const IntegerBox> boxes,
                                      const Model& model, const Placement& placement) {
   std::vector<IntegerBox> result(boxes.size());
@@ -364,7 +364,7 @@ std::vector<IntegerBox> placed_boxes(const InputFile& file, std::span<const Inte
   return result;
 }
 
-/// The memory that streaming a scene may take, about: its graph and its largest model.
+/// About the memory that streaming a scene may take: its graph and its largest model.
 std::uint64_t bytes_of(const Scene& scene) {
   std::uint64_t largest = 0;
   for (const Model& model : scene.models)

@@ -19,9 +19,8 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kBytesAtOnce = std::size_t{1}
-                                     << 22;    ///< of numbers, a multiple of every element's size
-constexpr std::uint64_t kDeflateRatio = 1032;  ///< no zlib stream expands by more
+constexpr std::size_t kBytesAtOnce = std::size_t{1} << 22;  ///< a multiple of every element size
+constexpr std::uint64_t kDeflateRatio = 1032;               ///< no zlib stream expands more
 
 template <class F>
 decltype(auto) visit(Element element, F&& f) {
@@ -69,11 +68,11 @@ auto test_each(bool swapped, F is_inside) {
   };
 }
 
-/// Bytes, one after the other.
+/// A sequence of bytes.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Fills `bytes`; returns how many it got: fewer only at the end.
+  /// Fills `bytes` and returns the number of bytes read, which is less only at the end.
   virtual std::size_t read(std::span<char> bytes) = 0;
 };
 
@@ -94,12 +93,12 @@ class FileBytes final : public ByteSource {
   std::uint64_t at_, end_;
 };
 
-/// What zlib or gzip streams, one after the other, expand to.
+/// The contents of zlib or gzip streams, one after the other.
 class InflatedBytes final : public ByteSource {
  public:
   InflatedBytes(std::shared_ptr<const InputFile> file, std::uint64_t begin, std::uint64_t end)
       : file_(file), compressed_(std::move(file), begin, end), input_(std::size_t{1} << 17) {
-    constexpr int kAnyHeader = 15 + 32;  // the largest window, either format
+    constexpr int kAnyHeader = 15 + 32;  // the largest window, zlib or gzip
     if (::inflateInit2(&zlib_, kAnyHeader) != Z_OK) throw_out_of_memory("zlib", sizeof zlib_);
   }
   ~InflatedBytes() override { ::inflateEnd(&zlib_); }
@@ -139,7 +138,7 @@ class InflatedBytes final : public ByteSource {
   bool is_at_end_ = false;
 };
 
-/// Opens the numbers after checking that the file can hold `bytes` of them.
+/// Checks that the file can hold `bytes` of numbers, and opens them.
 std::unique_ptr<ByteSource> open_source(const VoxelData& data, std::uint64_t bytes) {
   const InputFile& file = *data.file;
   const std::uint64_t size = regular_size(file);

@@ -1,6 +1,6 @@
 #include "host/files/zip.hpp"
 
-#define ZLIB_CONST  // for what is deflated
+#define ZLIB_CONST  // zlib input is const
 #include <zlib.h>
 
 #include <algorithm>
@@ -16,22 +16,21 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they are");
 
-constexpr std::size_t kBlockBytes = 1 << 17, kBlocks = 32;  // that are deflated together
+constexpr std::size_t kBlockBytes = 1 << 17, kBlocks = 32;  // blocks that are deflated together
 
 constexpr std::uint16_t kPlainVersion = 20, kLargeVersion = 45, kDeflated = 8;
-constexpr std::uint32_t kDate = 0x0021'0000;  // 1980-01-01, the first there is
-constexpr std::uint16_t kZip64 = 1;           // an extra field of 64-bit numbers
-constexpr std::uint16_t kReserved = 0x9999;   // room for it, as the 3MF specification recommends
+constexpr std::uint32_t kDate = 0x0021'0000;  // 1980-01-01, the earliest date of the format
+constexpr std::uint16_t kZip64 = 1;           // extra field with 64-bit numbers
+constexpr std::uint16_t kReserved = 0x9999;   // extra field as reserve, as 3MF recommends
 constexpr std::uint32_t kSee64 = 0xffffffff;
 
-/// Appends numbers in their own widths.
+/// Appends numbers, each in its own width.
 template <class... Ts>
 void put(std::string& bytes, Ts... values) {
   (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
 }
 
-/// Deflates a block that refers to none before it. It ends at a byte, so that another may follow, or the
-/// stream with it.
+/// Deflates a block that refers to no earlier block. It ends at a byte, so that another block may follow.
 void deflate_block(std::string_view block, bool last, std::string& deflated) {
   struct Stream : z_stream {
     Stream() : z_stream() {

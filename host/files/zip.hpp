@@ -9,9 +9,9 @@
 
 namespace boxunion {
 
-/// Writes a ZIP archive of deflated entries, part by part, to a file. Blocks of an entry are deflated in
-/// parallel; the archive depends on their content alone, not on threads, times or how it came in parts. It is
-/// ZIP64 only where a size needs that.
+/// Writes a ZIP archive of deflated entries to a file, part by part. Blocks of an entry are deflated in
+/// parallel. The archive depends only on the contents, not on threads, times or the sizes of the parts. It is
+/// ZIP64 only if a size needs that.
 ///
 /// Source: PKWARE, .ZIP File Format Specification (APPNOTE.TXT).
 class ZipWriter {
@@ -22,7 +22,7 @@ class ZipWriter {
 
   /// Begins an entry; the one before is complete.
   void begin(std::string name);
-  /// Appends to the entry; throws as OutputFile::write does.
+  /// Appends to the entry. Throws as OutputFile::write does.
   void write(std::string_view bytes);
   /// Completes the last entry and the archive.
   void finish();
@@ -38,7 +38,7 @@ class ZipWriter {
   std::string local_header(const Entry& entry) const;
   std::string directory_header(const Entry& entry) const;
   void end_entry();
-  /// Deflates what waits in blocks of their full size, but for the last ones of an entry.
+  /// Deflates the waiting bytes in blocks of full size; only the last blocks of an entry may be shorter.
   void deflate_blocks(bool last);
 
   OutputFile& file_;
