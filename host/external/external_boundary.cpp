@@ -25,11 +25,11 @@
 namespace boxunion {
 namespace {
 
-constexpr std::uint64_t kMostNumbers = 0xfffffffeu;  // points
-constexpr std::size_t kPartVertices = 1 << 18;       // of planes worked on together, if they fit
-constexpr std::size_t kVertexBytes = 256;            // what a vertex takes there, at most
+constexpr std::uint64_t kMostNumbers = 0xfffffffeu;  // maximum number of points
+constexpr std::size_t kPartVertices = 1 << 18;       // of planes that are processed together, if they fit
+constexpr std::size_t kVertexBytes = 256;            // maximum memory for such a vertex
 
-/// A vertex that knows its number among all, and that of its first fan.
+/// A vertex with its number among all vertices and the number of its first fan.
 template <class C>
 struct NumberedVertex {
   std::array<C, 3> at;
@@ -51,7 +51,7 @@ struct ByPlane {
   }
 };
 
-/// Ordinals of some coordinates are those of the whole on lattices, else ranks among themselves.
+/// Sets the ordinals of a part. On lattices they are those of the whole, otherwise ranks within the part.
 void set_ordinals(std::span<const NumberedVertex<std::uint32_t>> vertices, const Axes& axes, Solid& part) {
   part.axes = axes;
   for (const auto& v : vertices) part.vertices.push_back({v.at[0], v.at[1], v.at[2], v.mask});
@@ -78,8 +78,8 @@ void set_ordinals(std::span<const NumberedVertex<std::uint64_t>> vertices, const
   }
 }
 
-/// The planes of a part along `axis`; where contacts are split also the lines along their rows' axis, for the
-/// edges there.
+/// The planes of a part along `axis`. If contacts are split, also the planes along the axis of their rows,
+/// for the edges there.
 Planes planes_of(const Solid& part, int axis, NonManifold contacts) {
   const auto ordinal = [&](std::uint32_t vertex, int a) {
     const Vertex& v = part.vertices[vertex];
@@ -112,7 +112,7 @@ class BoundaryRun {
       : solid_(solid), contacts_(contacts), report_(report) {}
 
   ExternalBoundary run(bool triangles_only, OutputFile file) {
-    // numbering, points, faces of three axes, shells; and midpoints of three
+    // numbering, points, faces of three axes, shells; midpoints of three axes
     solid_.expect_passes(contacts_ == NonManifold::keep ? 6 : 9);
     collect();
     Stopwatch watch(report_);
@@ -172,7 +172,7 @@ class BoundaryRun {
       throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 vertices");
   }
 
-  /// Gives all vertices to f(span) in the order of the planes along an axis.
+  /// Passes all vertices to f(span) in the order of the planes along an axis.
   void each_block(int axis, const std::function<void(std::span<const Numbered>)>& f) {
     const std::uint64_t bytes = solid_.bytes() / 8;
     const auto use = [&](std::span<const Numbered> block) {
@@ -193,7 +193,7 @@ class BoundaryRun {
     });
   }
 
-  /// Sorts the numbered vertices by the planes of the other axes, and finds the midpoints.
+  /// Numbers the vertices, sorts them by the planes of the other axes, and finds the midpoints.
   void number() {
     for (const unsigned axis : {0u, 1u})
       by_plane_[axis] = std::make_unique<Runs>(solid_.bytes() / 4, 1, solid_.scratch_file(), ByPlane{axis});
@@ -217,7 +217,7 @@ class BoundaryRun {
     });
   }
 
-  /// The midpoints along the rows of planes: neighbors there are the ends of an edge.
+  /// Finds the midpoints along the rows of planes, where the ends of an edge are neighbors.
   void find_midpoints(int plane_axis) {
     const int axis = (plane_axis + 1) % 3;
     std::optional<Numbered> lower;
@@ -259,11 +259,11 @@ class BoundaryRun {
     });
   }
 
-  /// Finds the faces in the planes along an axis: some planes at a time, as many as fit.
+  /// Finds the faces in the planes along an axis, as many planes at a time as fit.
   void add_planes(int axis) {
     const std::size_t most = solid_.bytes() / 4 / kVertexBytes, enough = std::min(kPartVertices, most / 2);
     std::vector<Numbered> part;
-    std::size_t count = 0;  // of vertices of the part and the plane, also where they do not fit
+    std::size_t count = 0;  // vertices of the part and the next plane, even if they do not fit
     const auto finish = [&] {
       if (count > most)
         throw Error(ErrorKind::resources,
@@ -310,7 +310,7 @@ class BoundaryRun {
     writer_->write_faces(positions, faces, triangulation);
   }
 
-  /// The number of every fan of some vertices.
+  /// The numbers of all fans of some vertices.
   static std::vector<std::uint32_t> fans_of(std::span<const Numbered> vertices) {
     std::vector<std::uint32_t> fans;
     for (const Numbered& v : vertices)
@@ -318,7 +318,7 @@ class BoundaryRun {
     return fans;
   }
 
-  /// The number of every point of a part.
+  /// The numbers of all points of a part.
   std::vector<std::uint32_t> numbers_of(std::span<const Numbered> vertices, const Points& points,
                                         std::vector<std::uint32_t> fans) const {
     if (contacts_ == NonManifold::keep) {
@@ -335,7 +335,8 @@ class BoundaryRun {
     return fans;
   }
 
-  /// A shell's lowest fan stands for it, and its vertex tells whether it is a cavity: see find_shells.
+  /// Counts shells. The lowest fan of a shell represents it, and the vertex of that fan tells whether the
+  /// shell is a cavity: see find_shells.
   void count_shells() {
     ShellCounts& found = result_.counts.shells.emplace();
     each_block(2, [&](std::span<const Numbered> block) {
@@ -354,8 +355,8 @@ class BoundaryRun {
   ExternalBoundary result_;
   std::unique_ptr<Sorted> by_z_;
   std::array<std::unique_ptr<Runs>, 2> by_plane_;
-  std::unique_ptr<SortedRuns<Midpoint>> midpoints_;  // where contacts are split
-  std::vector<std::uint64_t> midpoint_keys_;         // of these, sorted
+  std::unique_ptr<SortedRuns<Midpoint>> midpoints_;  // if contacts are split
+  std::vector<std::uint64_t> midpoint_keys_;         // of the midpoints, sorted
   std::optional<MeshWriter> writer_;
   std::optional<DisjointSets> shells_;
 };

@@ -10,15 +10,15 @@
 
 namespace boxunion {
 
-/// Every shell that is no cavity encloses a body.
+/// Counts of shells. Every shell that is not a cavity encloses a body.
 struct ShellCounts {
   std::uint64_t shells = 0, cavities = 0;
 };
 
-/// How much a boundary has.
+/// Counts of a boundary.
 struct BoundaryCounts {
   std::uint64_t faces = 0, holes = 0, triangles = 0;
-  /// Nothing where the budget does not hold what counting them takes: shells_bytes.
+  /// Nothing if counting them would need more than the budget: shells_bytes.
   std::optional<ShellCounts> shells;
   std::uint64_t shells_bytes = 0;
 };
@@ -29,12 +29,13 @@ struct ExternalBoundary {
   bool exact = true;  ///< no coordinate was rounded
 };
 
-/// Finds the boundary of a solid that does not fit memory, writes it to `file` and commits that: its
-/// vertices, or a mesh, with the same bytes as from memory.
+/// Finds the boundary of a solid that does not fit memory, writes it to `file` as vertices or as a mesh, and
+/// commits the file. The bytes are the same as from memory.
 ///
-/// Vertices are sorted on disk by the planes of each axis, and numbered. Whole planes of them are then a
-/// solid of their own, as far as its faces in these planes go. Throws as ExternalUnion::measure does, and
-/// Error(resources), which says how much it takes, where a plane does not fit.
+/// Vertices are sorted on disk by the planes of each axis, and numbered. Some whole planes of them at a time
+/// are treated as a solid of their own, whose faces in these planes are complete. Throws as
+/// ExternalUnion::measure does, and Error(resources) that says how much memory it needs if a plane does not
+/// fit.
 ExternalBoundary write_boundary(ExternalUnion& solid, NonManifold contacts, bool triangles_only,
                                 OutputFile file, Report& report);
 

@@ -21,12 +21,12 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kBlock = 1 << 14;  // records to write at once
+constexpr std::size_t kBlock = 1 << 14;  // records written at once
 
-/// A box's face at one end of an axis, as FaceJoin takes it.
+/// The face of a box at one end of an axis, in the form that FaceJoin takes.
 template <class C>
 struct FaceRecord {
-  C plane, p_lo, is_above, q_lo, p_hi, q_hi;  // of one width, so that no bytes between are left unset
+  C plane, p_lo, is_above, q_lo, p_hi, q_hi;  // all of one width, so that there is no padding
 
   friend bool operator<(const FaceRecord& a, const FaceRecord& b) {
     return std::tie(a.plane, a.p_lo, a.is_above, a.q_lo) < std::tie(b.plane, b.p_lo, b.is_above, b.q_lo);
@@ -49,7 +49,7 @@ class Decomposer {
 
   ExternalModel run(const std::optional<AxisOrder>& wanted, std::optional<Connectivity> connectivity,
                     std::optional<OutputFile> file) {
-    // five orders more to be sorted and six to be counted; a sweep and the faces of two axes; counting boxes
+    // passes: sorting five more orders and counting six; a sweep and the faces of two axes; counting boxes
     // and a sweep, or a sweep and merging
     solid_.expect_passes((model_ && !wanted ? 11 : 0) + (model_ && connectivity ? 3 : 0) + (model_ ? 2 : 1));
     ExternalModel result;
@@ -86,7 +86,7 @@ class Decomposer {
   using Face = FaceRecord<C>;
   using Faces = SortedRuns<Face>;
 
-  /// The extreme vertices, in order.
+  /// Finds the extreme vertices, in order.
   std::unique_ptr<Corners> find_points(const AxisOrder& order) {
     const std::uint64_t half = solid_.bytes() / 2;
     auto points = std::make_unique<Corners>(half, thread_count(), solid_.scratch_file());
@@ -99,7 +99,7 @@ class Decomposer {
     return points;
   }
 
-  /// Gives all records to f(span) in order.
+  /// Passes all records to f(span) in order.
   template <class T, class F>
   void each_block(SortedRuns<T>& runs, std::uint64_t bytes, F&& f) {
     solid_.begin_pass(runs.count());
@@ -123,8 +123,9 @@ class Decomposer {
     return result;
   }
 
-  /// Puts `points`, in the first order, into that which gives the fewest boxes; returns it and their number.
-  /// One order may give far more than another, so none is counted much further than the best.
+  /// Sorts `points`, which are in the first order, into the order that gives the fewest boxes. Returns that
+  /// order and the number of boxes. One order may give far more boxes than another, so no count goes much
+  /// beyond the best one.
   std::pair<AxisOrder, std::uint64_t> choose_order(std::unique_ptr<Corners>& points) {
     std::pair<AxisOrder, std::uint64_t> best;
     std::unique_ptr<Corners> best_points;
@@ -144,7 +145,7 @@ class Decomposer {
     }
   }
 
-  /// Calls `add` for every box: of the OUDB in order, of the CUDB as they end.
+  /// Calls `add` for every box, in order for the OUDB and as they end for the CUDB.
   void sweep(Corners& points, const AxisOrder& order, const AddBox& add) {
     if (model_ == BoxModel::oudb)
       sweep(OudbSweep<C>(), points, order, add);
@@ -156,7 +157,7 @@ class Decomposer {
     constexpr std::uint64_t kVertexBytes = sizeof(OrderedPoint<2, C>) + Sweep::kVertexBytes;
     const std::uint64_t half = solid_.bytes() / 2;
     ExtremeVertices<2, C> plane;
-    std::uint64_t count = 0, most = half / kVertexBytes;  // vertices of the plane, and how many fit
+    std::uint64_t count = 0, most = half / kVertexBytes;  // vertices of the plane; how many fit
     C a = 0;
     const auto pass = [&] {
       if (count > most) throw_too_large(count * kVertexBytes + sweep.bytes(), order);
@@ -184,7 +185,7 @@ class Decomposer {
                             "xyz"[order[0]], (solid_.budget_for(2 * bytes) >> 20) + 1));
   }
 
-  /// How many boxes there are; most + 1 if they are more than `most`.
+  /// The number of boxes, or most + 1 if there are more than `most`.
   std::uint64_t count_boxes(Corners& points, const AxisOrder& order,
                             std::uint64_t most = std::uint64_t{1} << 62) {
     struct TooMany {};
@@ -198,7 +199,7 @@ class Decomposer {
     return count;
   }
 
-  /// How many pairs of boxes are neighbors: see Adjacency.
+  /// The number of pairs of boxes that are neighbors: see Adjacency.
   std::uint64_t count_neighbors(Corners& points, const AxisOrder& order, Connectivity connectivity) {
     const auto make_runs = [&] {
       return std::make_unique<Faces>(solid_.bytes() / 8, 1, solid_.scratch_file());
@@ -216,11 +217,11 @@ class Decomposer {
     return count_pairs(*faces[0], {touch, touch}) + count_pairs(*faces[1], {false, touch});
   }
 
-  /// Joins faces plane by plane. In memory are those that a line crosses, which a section of the sweep has
-  /// too.
+  /// Joins faces plane by plane. Only the faces on a line are in memory; they are no more than a section of
+  /// the sweep.
   std::uint64_t count_pairs(Faces& faces, FaceJoin<Face> join) {
     std::uint64_t pairs = 0;
-    std::vector<Face> below, above;  // that begin at a line
+    std::vector<Face> below, above;  // faces that begin at a line
     C plane = 0, p = 0;
     const auto advance = [&] {
       join.advance(below, above, [&](const Face&, const Face&) { ++pairs; });
@@ -240,7 +241,7 @@ class Decomposer {
     return pairs;
   }
 
-  /// Writes the elements and returns how many these are; `count` is known beforehand but for the CUDB.
+  /// Writes the elements and returns their number. `count` is known beforehand, except for the CUDB.
   std::uint64_t write(Corners& points, const AxisOrder& order, std::optional<std::uint64_t> count,
                       OutputFile& file) {
     if (!model_) {
@@ -254,7 +255,7 @@ class Decomposer {
       });
       return *count;
     }
-    // boxes are integers where those from memory are, also if there are none
+    // boxes are integers exactly when those from memory are, even if there are none
     const bool integers =
         (std::is_same_v<C, std::uint32_t> || points.count() == 0) && hold_int32(solid_.axes());
     return integers ? write_boxes<std::int32_t>(points, order, count, file)

@@ -31,20 +31,20 @@ namespace boxunion {
 namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
-// What a run takes beside its boxes: the process, buffers of readers, cells on their way; batches of devices
-// and rectangles of slices.
+// Memory of a run without its boxes: the process, buffers of readers and cells in progress; batches of
+// devices; rectangles of slices.
 constexpr std::uint64_t kBaseBytes = 96 * kMiB, kDeviceBytes = 512 * kMiB, kSlicesBytes = 384 * kMiB;
 constexpr std::uint64_t kLeastBytes = 4 * kMiB;  // for boxes
-// A box in the engine: as ordinals and in tiles; where axes are no lattices, while they are sorted.
-// Long boxes, which are in many cells each, get more where cuts help.
+// Memory of a box in the engine, as ordinals and in tiles, or while it is sorted if axes are no lattices.
+// Long boxes are in many cells each; they get more if cuts help.
 constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176, kLongBoxBytes = 400;
-constexpr double kLong = 0.1;  // of the extent of all, a box on its longest axis, on average
+constexpr double kLong = 0.1;  // mean extent of long boxes on their longest axis, as a fraction of the whole
 constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
-constexpr std::size_t kMostSlabs = 64;  // cut at once
-constexpr double kFill = 0.85;          // of a slab by estimate, for samples err
+constexpr std::size_t kMostSlabs = 64;  // slabs of one cut
+constexpr double kFill = 0.85;          // estimated fill of a slab, because samples err
 constexpr unsigned kMostDepth = 32;
-constexpr double kMostCopies = 1.5;  // of a box, where all fit in one slab
-constexpr double kCutShare = 0.3;    // of the time of slabs: what cutting takes
+constexpr double kMostCopies = 1.5;  // copies of a box, if all boxes fit in one slab
+constexpr double kCutShare = 0.3;    // time of cutting, as a fraction of that of slabs
 
 using Ordinal = std::uint32_t;
 
@@ -52,7 +52,7 @@ std::string text_of(std::uint64_t bytes) {
   return fmt::format("{} MiB", (bytes + kMiB - 1) / kMiB);
 }
 
-/// What one pass over a file finds.
+/// The findings of one pass over a file.
 struct Survey {
   LatticeScan lattices;
   std::uint64_t degenerate = 0;
@@ -69,7 +69,7 @@ bool is_degenerate(const Box& box) {
   return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
 }
 
-/// True if many boxes run through a good part of all.
+/// True if many boxes span a large part of the whole.
 bool are_long(std::span<const Box> sample) {
   std::array<double, 3> lo, hi;
   lo.fill(std::numeric_limits<double>::max());
@@ -78,7 +78,7 @@ bool are_long(std::span<const Box> sample) {
     for (unsigned a = 0; a < 3; ++a) lo[a] = std::min(lo[a], box[a]), hi[a] = std::max(hi[a], box[a + 3]);
   double sum = 0;
   for (const Box& box : sample) {
-    double longest = 0;  // halves, because differences may overflow
+    double longest = 0;  // halved, because differences may overflow
     for (unsigned a = 0; a < 3; ++a)
       if (hi[a] > lo[a]) longest = std::max(longest, (box[a + 3] / 2 - box[a] / 2) / (hi[a] / 2 - lo[a] / 2));
     sum += longest;
@@ -86,8 +86,8 @@ bool are_long(std::span<const Box> sample) {
   return sum > kLong * double(sample.size());
 }
 
-/// Looks at all boxes of a file, and gives them to `sums` too, if that is not null. Of invalid ones the first
-/// wins.
+/// Reads all boxes of a file once, and adds them to `sums` if that is not null. Throws for the first invalid
+/// box.
 Survey survey(const BoxFile& file, BoxSummer* sums) {
   constexpr std::uint64_t kPiece = BoxSource<double>::kPiece;
   const Sample sample(file.size(), BoxSource<double>::kSample);
@@ -155,7 +155,7 @@ class FileSource final : public BoxSource<C> {
   const Axes& axes_;
 };
 
-/// All boxes of a source in memory, each as convert(box).
+/// All boxes of a source, each as convert(box), in memory.
 template <class T, class C, class Convert>
 std::vector<T> load(const BoxSource<C>& source, Convert&& convert) {
   std::vector<T> all = with_memory("the boxes of a slab", source.count() * sizeof(T),
@@ -168,7 +168,8 @@ std::vector<T> load(const BoxSource<C>& source, Convert&& convert) {
   return all;
 }
 
-/// A slab of lattices, on axes of its own: cut ones count from 2^12 at the slab, see kRegionLogEdge.
+/// Loads a slab of lattices, on axes of its own. On a cut axis, ordinals count from 2^12 at the slab: see
+/// kRegionLogEdge.
 Ordinals load_slab(const BoxSource<Ordinal>& source, const RegionOf<Ordinal>& region, const Axes& axes) {
   std::array<Ordinal, 3> shift{};  // modulo 2^32
   Ordinals slab;
@@ -205,8 +206,8 @@ Ordinal first_ordinal(const Axis& axis, double coordinate) {
   return begin;
 }
 
-/// A slab of other axes, which are found anew. They are never all lattices: of those, sums of a part of the
-/// vertices count from where the axes begin.
+/// Loads a slab of other axes, which are found anew. They must not all be lattices, because sums of a part of
+/// the vertices depend on the origin of lattices.
 Ordinals load_slab(const BoxSource<double>& source, const RegionOf<double>& region, const Axes&) {
   const BoxSet boxes(load<Box>(source, [](const Box& box) { return box; }));
   Ordinals slab = make_ordinals(boxes);
@@ -222,13 +223,13 @@ Ordinals load_slab(const BoxSource<double>& source, const RegionOf<double>& regi
   return slab;
 }
 
-/// From ordinals of a slab to those of the whole, modulo 2^32, if both are lattices.
+/// The difference from ordinals of a slab to those of the whole, modulo 2^32, if both are lattices.
 Ordinal shift(const Axis& slab, const Axis& whole) {
   return static_cast<Ordinal>(slab.base() - whole.base());
 }
 
-/// The mass of a slab. Sums over a part of the vertices depend on where coordinates count from, so those on
-/// lattices go to `whole`, a sink of all slabs; integrals over a region do not.
+/// The mass of a slab. Sums over a part of the vertices depend on the origin of the coordinates. So those on
+/// lattices go to `whole`, a sink of all slabs. Integrals over a region do not depend on it.
 class SlabMass : public MassSink {
  public:
   SlabMass(const Axes& axes, const Axes& whole_axes, MassSink* whole) : MassSink(axes), whole_(whole) {
@@ -247,7 +248,7 @@ class SlabMass : public MassSink {
   std::array<Ordinal, 3> shift_{};
 };
 
-/// Gives the vertices of a slab on, with coordinates of the whole.
+/// Passes on the vertices of a slab in coordinates of the whole.
 template <class C>
 class SlabVertices : public VertexSink {
  public:
@@ -320,7 +321,7 @@ class ExternalUnion::Run {
     show_progress(double(pass_done_) / double(pass_count_));
   }
 
-  /// Sends all slabs through the engine; use(ordinals) does that with each.
+  /// Calls use(ordinals) with each slab, to send it through the engine.
   template <class Use>
   void run(std::uint64_t bytes, Use&& use) {
     most_boxes_ = bytes / box_bytes();
@@ -422,11 +423,11 @@ class ExternalUnion::Run {
     }
     for (auto& slab : slabs) {
       if (slab->count() > 0) solve<C>(*slab, slab->region(), depth + 1, use);
-      slab.reset();  // gives its disk back
+      slab.reset();  // frees its disk space
     }
   }
 
-  /// True if boxes, in ordinals of lattices, would be in few tiles of sums each.
+  /// True if boxes, in ordinals of lattices, would each be in few tiles for sums.
   static bool are_short(std::span<const Box> sample) {
     double touched = 0;
     for (const Box& box : sample) {
@@ -437,9 +438,9 @@ class ExternalUnion::Run {
     return touched <= kMostTouched * double(sample.size());
   }
 
-  /// Do the tiles of a region fit, so that they can be summed without vertices? All slabs must be summed, or
-  /// none, for the vertices of a slab alone are no integral over it; so it is asked of those that are cut
-  /// further on.
+  /// True if the tiles of a region fit, so that it can be summed without vertices. Either all slabs are
+  /// summed or none, because the vertices of one slab are no integral over it. So slabs that will be cut
+  /// again are asked too.
   static bool can_be_summed(const RegionOf<Ordinal>& region, std::uint64_t boxes) {
     double tiles = 1;
     for (unsigned a = 0; a < 3; ++a) {
@@ -451,7 +452,7 @@ class ExternalUnion::Run {
   }
   static bool can_be_summed(const RegionOf<double>&, std::uint64_t) { return false; }  // no lattices
 
-  /// Shows that a fraction of the pass is done.
+  /// Reports a fraction of the current pass as progress.
   void show_progress(double fraction) const {
     if (options_.progress)
       options_.progress(std::min(1.0, (pass_ + std::min(1.0, fraction)) / (1 + passes_)));
@@ -459,7 +460,7 @@ class ExternalUnion::Run {
 
   std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
 
-  /// The union of a slab, as far as the slab owns it; see combine_by_cells about `mass`.
+  /// Finds the part of the union that a slab owns. See combine_by_cells for `mass`.
   void unite(Ordinals slab, MassSink* mass, VertexSink& sink) {
     Options options = options_;
     const std::uint64_t count = slab.boxes.size(), all = std::max(boxes_in_slabs_, count);
@@ -479,7 +480,7 @@ class ExternalUnion::Run {
     } else {
       combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
     }
-    // a device that failed is left alone
+    // do not try a failed device again
     if (!corner && report_.device == "native") options_.device = "native";
     boxes_done_ += count;
     ++slabs_;
@@ -490,14 +491,14 @@ class ExternalUnion::Run {
   Budget budget_;
   Report& report_;
   std::uint64_t base_ = 0;
-  BoxSummer box_sums_;  // where statistics are asked for
+  BoxSummer box_sums_;  // if statistics are asked for
   Survey survey_;
   Axes axes_;
   bool is_lattice_ = false, are_long_ = false, may_be_summed_ = true, sums_fit_ = false;
   std::uint64_t most_boxes_ = 0;  // of a slab that fits
-  std::uint64_t slab_boxes_ = 0;  // of one that is not cut, if cuts help
+  std::uint64_t slab_boxes_ = 0;  // of a slab that is not cut further, if cuts help
   std::uint64_t boxes_in_slabs_ = 0, boxes_done_ = 0, slabs_ = 0;
-  unsigned pass_ = 0, passes_ = 0;  // after the union, which is pass 0
+  unsigned pass_ = 0, passes_ = 0;  // the union is pass 0
   std::uint64_t pass_count_ = 0, pass_done_ = 0;
 };
 

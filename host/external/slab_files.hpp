@@ -20,18 +20,18 @@
 #include "core/boxes/cuts.hpp"
 #include "host/files/scratch.hpp"
 
-// Boxes on disk, cut into slabs. They are in coordinates C: uint32 ordinals where all axes are lattices, else
-// doubles. None is degenerate.
+// Boxes on disk, cut into slabs. Their coordinates C are uint32 ordinals if all axes are lattices, and
+// doubles otherwise. None is degenerate.
 
 namespace boxunion {
 
-/// A part of space: it owns the points lo <= p < hi.
+/// A part of space. It owns the points lo <= p < hi.
 template <class C>
 struct RegionOf {
   std::array<C, 3> lo, hi;
 };
 
-/// The coordinate that stands for all below a region: the next one below it.
+/// The coordinate that stands for everything below a region: the next one below it.
 inline std::uint32_t just_below(std::uint32_t lo) {
   return lo - 1;
 }
@@ -39,28 +39,28 @@ inline double just_below(double lo) {
   return std::nextafter(lo, -std::numeric_limits<double>::infinity());
 }
 
-/// Boxes that are read in pieces.
+/// Boxes that can be read in pieces.
 template <class C>
 class BoxSource {
  public:
   virtual ~BoxSource() = default;
   virtual std::uint64_t size() const = 0;
-  /// How many of them are not degenerate, which no reading gives.
+  /// The number of boxes that read() gives, without degenerate ones.
   virtual std::uint64_t count() const { return size(); }
   /// Replaces `boxes` by boxes begin .. end - 1, in any order. Thread-safe.
   virtual void read(std::uint64_t begin, std::uint64_t end, std::vector<BoxOf<C>>& boxes) const = 0;
-  /// Some boxes from all over, as doubles.
+  /// A sample of the boxes, as doubles.
   virtual std::vector<Box> sample() const;
 
-  static constexpr std::uint64_t kPiece = 1 << 16;   ///< boxes to read at once
+  static constexpr std::uint64_t kPiece = 1 << 16;   ///< boxes read at once
   static constexpr std::uint64_t kSample = 1 << 16;  ///< boxes of a sample
-  /// Calls f(boxes) for all of them, piece by piece, on several threads.
+  /// Calls f(boxes) for all boxes, piece by piece, on several threads.
   template <class F>
   void each_piece(F&& f) const;
 };
 
-/// The boxes that touch a region, clipped to what it sees of them: from just below it to where it ends.
-/// Ordinals of a region of fewer than 2^16 take two bytes.
+/// The boxes that touch a region, clipped to what the region sees of them: from just below it to its end. In
+/// a region of fewer than 2^16 ordinals, an ordinal takes two bytes.
 template <class C>
 class SlabFile final : public BoxSource<C> {
  public:
@@ -84,13 +84,13 @@ class SlabFile final : public BoxSource<C> {
   std::uint64_t bytes_a_box() const { return is_narrow_ ? sizeof(Narrow) : sizeof(BoxOf<C>); }
 
   RegionOf<C> region_;
-  std::array<C, 3> base_{};  // what narrow ordinals count from
+  std::array<C, 3> base_{};  // origin of narrow ordinals
   bool is_narrow_ = false;
   ScratchFile file_;
 };
 
 /// Puts every box of a region into the slabs that it touches. Uses about `bytes` of memory for buffers. Calls
-/// advance() with numbers of boxes that are done, from several threads.
+/// advance() with the numbers of boxes done, from several threads.
 template <class C>
 std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source, const RegionOf<C>& region,
                                                      const Cuts& cuts, std::uint64_t bytes,

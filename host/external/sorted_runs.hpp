@@ -15,26 +15,26 @@
 
 namespace boxunion {
 
-/// Sorts records that do not fit memory: what a thread gets goes to a scratch file in sorted runs, which are
-/// merged in the end (an external merge sort).
+/// Sorts records that do not fit memory, by an external merge sort: each thread writes sorted runs of its
+/// records to a scratch file, and the runs are merged at the end.
 template <class T, class Less = std::less<T>>
 class SortedRuns {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  /// Holds at most about `bytes` of memory while records are added, by so many threads.
+  /// Uses about `bytes` of memory, at most, while so many threads add records.
   SortedRuns(std::uint64_t bytes, std::size_t threads, ScratchFile file, Less less = {})
       : less_(less), most_(std::max(kLeastBuffer, bytes / (threads * sizeof(T)))), file_(std::move(file)) {}
 
   /// Thread-safe.
   void add(std::span<const T> records);
   void add(const T& record) { add(std::span(&record, 1)); }
-  /// Records so far. Not while another thread adds.
+  /// The number of records so far. Not while another thread adds.
   std::uint64_t count() const;
-  /// Gives the memory back that was held for adding; nothing may be added afterwards.
+  /// Frees the memory for adding. Nothing may be added afterwards.
   void finish();
-  /// Finishes, and gives all records to f(span) in order, block by block, with at most about `bytes` of
-  /// memory; again, if wanted.
+  /// Calls finish(), then passes all records to f(span) in order, block by block, with about `bytes` of
+  /// memory at most. May be called again.
   void merge(std::uint64_t bytes, const std::function<void(std::span<const T>)>& f);
 
  private:
@@ -44,7 +44,7 @@ class SortedRuns {
     std::uint64_t offset, count;
   };
 
-  /// A run on its way through a merge: a block of it in memory.
+  /// A run in a merge, with one block of it in memory.
   class Reader {
    public:
     Reader(const ScratchFile& file, const Run& run, std::uint64_t block)
@@ -68,7 +68,7 @@ class SortedRuns {
     }
 
     const ScratchFile* file_;
-    std::uint64_t offset_, rest_, block_;  // rest: records behind the block
+    std::uint64_t offset_, rest_, block_;  // rest: number of records behind the block
     std::vector<T> records_;
     std::size_t next_ = 0;
   };
@@ -76,7 +76,7 @@ class SortedRuns {
   void flush(std::vector<T>& buffer);
 
   Less less_;
-  std::size_t most_;  // records of a thread's buffer
+  std::size_t most_;  // records in the buffer of a thread
   ScratchFile file_;
   PerThread<std::vector<T>> buffers_;
   std::mutex mutex_;
@@ -100,7 +100,7 @@ void SortedRuns<T, Less>::add(std::span<const T> records) {
 template <class T, class Less>
 void SortedRuns<T, Less>::flush(std::vector<T>& buffer) {
   if (buffer.empty()) return;
-  std::sort(buffer.begin(), buffer.end(), less_);  // on this thread: the others fill buffers of their own
+  std::sort(buffer.begin(), buffer.end(), less_);  // on this thread; the others fill their own buffers
   const std::span<const T> run = buffer;
   const std::uint64_t offset = file_.append({reinterpret_cast<const char*>(run.data()), run.size_bytes()});
   const std::lock_guard lock(mutex_);
@@ -143,7 +143,7 @@ void SortedRuns<T, Less>::merge(std::uint64_t bytes, const std::function<void(st
   while (!heads.empty()) {
     const std::size_t run = heads.top();
     heads.pop();
-    // as long as the run stays ahead of the others, which after sorting by region is often
+    // as long as this run is ahead of the others, which is common if records were sorted by region
     do {
       merged.push_back(readers[run].front());
       if (merged.size() == block) {
