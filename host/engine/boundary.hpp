@@ -12,8 +12,8 @@ struct Boundary {
   Triangulation triangulation;
 };
 
-/// The boundary of a union that unite has found; goes on with its report. Throws Error(resources) where an
-/// index would not fit 32 bits or memory does not suffice, Error(interrupted) soon after options.interrupted
+/// The boundary of a union that `unite` has found. Continues its report. Throws Error(resources) if an index
+/// does not fit 32 bits or memory does not suffice, and Error(interrupted) soon after options.interrupted
 /// becomes true.
 Boundary find_boundary(const Solid& solid, NonManifold contacts, const Options& options,
                        Report* report = nullptr);

@@ -20,14 +20,15 @@ namespace {
 
 constexpr int kSumsLogEdge = std::countr_zero(LatticeSums::kMostEdge);
 constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
-constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device, see TileCutter::cut
-constexpr std::uint64_t kNativeRunCost = 1u << 20;  // and natively: some milliseconds
-// Boxes of a tile where boxes are few. On a device more: lavapipe stops the loops of larger cells.
+constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device; see TileCutter::cut
+constexpr std::uint64_t kNativeRunCost = 1u << 20;  // the same natively: some milliseconds
+// Minimum boxes in a tile if there are few boxes. A device needs more, because lavapipe stops the loops of
+// larger cells.
 constexpr std::size_t kLeastInTile = 1000, kLeastInNativeTile = 250;
-constexpr std::size_t kMostAtOnce = 1u << 16;  // boxes of all tiles, to be cut before cells are computed
+constexpr std::size_t kMostAtOnce = 1u << 16;  // up to so many boxes, all tiles are cut before cells are computed
 
-/// Ordinals replaced by their positions (from 1) among those that occur, and back: for axes so wide that a
-/// grid over them would be nearly empty.
+/// Replaces ordinals by their positions (from 1) among those that occur, and maps them back. For axes so wide
+/// that a grid over them would be nearly empty.
 class Positions {
  public:
   Positions(std::vector<OrdinalBox>& boxes, const std::array<bool, 3>& axes) {
@@ -51,7 +52,7 @@ class Positions {
   std::array<std::vector<std::uint32_t>, 3> ordinals_;
 };
 
-/// Gives vertices on with their own ordinals in place of positions.
+/// Passes vertices on with ordinals instead of positions.
 class PositionSink : public VertexSink {
  public:
   PositionSink(const Positions& positions, VertexSink& sink) : positions_(positions), sink_(sink) {}
@@ -66,7 +67,7 @@ class PositionSink : public VertexSink {
   VertexSink& sink_;
 };
 
-/// One run of the method over a grid of tiles, which the operands of an expression share.
+/// One run of the method over a grid of tiles that all operands of an expression share.
 class CellRunner {
  public:
   CellRunner(std::span<const TileGrid> grids, std::span<const Step> expression, const Options& options,
@@ -86,7 +87,7 @@ class CellRunner {
               {}};
         }) {}
 
-  /// All cells at once, as a device gets them batch by batch.
+  /// All cells in one batch, cut as for a device.
   CellBatch cut_all() {
     CellBatch batch;
     std::size_t tile = 0;
@@ -105,7 +106,7 @@ class CellRunner {
         fall_back(error, report_.device, options_);
         report_.device = "native";
         NativeCells native(options_.kernel, sink_, options_.interrupted);
-        for (CellBatch& batch : batches_) {  // what the device had not given back
+        for (CellBatch& batch : batches_) {  // batches that the device had not returned
           native.run(batch);
           batch.clear();
         }
@@ -118,14 +119,14 @@ class CellRunner {
  private:
   struct Cutter {
     TileCutter cutter;
-    // of the tile at work
+    // of the current tile
     std::vector<Presence> presence;
     std::vector<Step> steps;
     std::vector<PackedBox> boxes;
-    std::vector<std::uint32_t> operands;  // of the boxes
+    std::vector<std::uint32_t> operands;  // operand of each box
   };
 
-  /// Cuts a tile into cells, appended to `batch`.
+  /// Cuts a tile and appends its cells to `batch`.
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
     if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
     const auto corner = grids_[0].corner(tile), edge = grids_[0].edge(tile);
@@ -156,7 +157,7 @@ class CellRunner {
     if (options_.progress && done % 16 == 0) options_.progress(double(done) / double(tiles()));
   }
 
-  /// Gets the boxes of the operands that matter in a tile.
+  /// Gathers the boxes of a tile that belong to operands that matter.
   void gather(std::size_t tile, Cutter& mine) const {
     std::ranges::fill(mine.presence, Presence::absent);
     for (const Step step : mine.steps)
@@ -171,14 +172,14 @@ class CellRunner {
   }
 
   std::size_t tiles() const { return grids_[0].size(); }
-  /// At least as many as a tile has boxes, at most twice as many.
+  /// An upper bound of the number of boxes in a tile, at most twice that number.
   std::size_t count(std::size_t tile) const {
     std::size_t sum = 0;
     for (const TileGrid& grid : grids_) sum += grid.words(tile);
     return sum;
   }
 
-  /// Do so few of the tiles have so many of the boxes that threads cannot share the tiles?
+  /// True if a few tiles hold most of the boxes, so that threads cannot share the tiles.
   bool is_uneven(std::size_t first_tile) const {
     std::size_t boxes = 0, most = 0;
     for (std::size_t tile = first_tile; tile < tiles() && boxes <= kMostAtOnce; ++tile) {
@@ -189,8 +190,8 @@ class CellRunner {
     return thread_count() > 1 && boxes <= kMostAtOnce && most * (thread_count() + 1) > boxes;
   }
 
-  /// Every thread cuts a tile and computes its cells while they are in its cache. Or the tiles are cut first,
-  /// and threads share the cells.
+  /// Each thread cuts a tile and computes its cells while they are in its cache. If the tiles are uneven,
+  /// they are cut first, and threads share the cells.
   void run_natively(std::size_t first_tile) {
     if (is_uneven(first_tile)) {
       CellBatch batch;
@@ -215,7 +216,7 @@ class CellRunner {
   }
 
   /// The host cuts a batch of tiles while the device computes the one before. `tile` is the first tile that
-  /// is in no batch.
+  /// is not yet in a batch.
   void run_on_device(CellStage (&stages)[2], std::size_t& tile) {
     const std::size_t capacity = stages[0].capacity(expression_.size());
     for (int current = 0;; current = 1 - current) {
@@ -253,23 +254,23 @@ class CellRunner {
   const CellSink& sink_;
   Report& report_;
   PerThread<Cutter> cutters_;
-  PerThread<CellBatch> parts_;  // of the batch at work
+  PerThread<CellBatch> parts_;  // of the current batch
   CellBatch batches_[2];
   std::atomic<std::size_t> done_ = 0;
 };
 
-/// Can a grid of tiles for sums begin where the region does?
+/// True if a grid of tiles for sums can begin where the region does.
 bool can_be_tiled(const OrdinalBox& region) {
   return std::ranges::all_of(region.lo, [](std::uint32_t lo) { return lo % (1u << kRegionLogEdge) == 0; });
 }
 
-constexpr double kMostTouchedInRegion = 8;  // as kMostTouched, where the other regions are summed already
+constexpr double kMostTouchedInRegion = 8;  // kMostTouched if other regions may be summed already
 
-/// The boxes of combine_by_cells in ordinals, and how they go into tiles.
+/// The boxes of combine_by_cells in ordinals, and their tiles.
 class TiledBoxes {
  public:
-  /// The boxes are `ordinals.boxes` or, if these have no ends, those of `sets` on its axes, which are
-  /// lattices. Sums over tiles without vertices are found if `sums` allows it.
+  /// The boxes are `ordinals.boxes`. If these have no ends, they are those of `sets` on the axes, which must
+  /// then be lattices. Sums over tiles without vertices are found only if `sums` is true.
   TiledBoxes(std::span<const BoxSet> sets, Ordinals& ordinals, const Options& options,
              std::size_t least_in_tile, bool sums)
       : sets_(sets), ordinals_(ordinals), options_(options), least_in_tile_(least_in_tile), sums_(sums) {
@@ -284,8 +285,8 @@ class TiledBoxes {
     for (int a = 0; a < 3; ++a) counts_[a] = ordinals.axes[a].count();
   }
 
-  /// Chooses tiles and puts the boxes into them. What a sample suggests is planned again, by a larger one, if
-  /// the boxes touch far more tiles than it said.
+  /// Chooses tiles and puts the boxes into them. If the boxes touch far more tiles than the sample suggested,
+  /// plans again with a larger sample.
   void sort(Stopwatch& watch) {
     for (std::size_t sample = TileGrid::kSample;; sample *= 16) {
       make_plan(sample);
@@ -303,7 +304,7 @@ class TiledBoxes {
 
   std::span<const TileGrid> grids() const { return grids_; }
   bool sums() const { return sums_; }
-  /// Where vertices go that become those of `sink`.
+  /// A sink that passes vertices on to `sink` with their ordinals.
   VertexSink* mapped(VertexSink* sink) { return positions_ ? &mapping_.emplace(*positions_, *sink) : sink; }
 
  private:
@@ -313,7 +314,7 @@ class TiledBoxes {
                   ? TileGrid::plan(sources_, *ordinals_.region, kRegionLogEdge, least_in_tile_, sample)
                   : TileGrid::plan(sources_, counts_, kSumsLogEdge, least_in_tile_, sample);
       if (!is_wasteful()) return;
-      // of a region all slabs are summed, or none
+      // either all slabs of a region are summed, or none
       if (ordinals_.region && plan_.touched < kMostTouchedInRegion) return;
       if (ordinals_.region) throw SumsAreWasteful();
       sums_ = false;
@@ -331,7 +332,7 @@ class TiledBoxes {
     plan_ = TileGrid::plan(sources_, counts_, kPackedLogEdge, least_in_tile_, sample);
   }
 
-  /// True if most tiles would be empty, or if boxes are so long that each would be in many.
+  /// True if most tiles would be empty, or if each of the boxes would be in many tiles.
   bool is_wasteful() const {
     return plan_.count() > std::max<std::size_t>(512, boxes_ / 4) || plan_.touched >= kMostTouched;
   }
@@ -360,8 +361,8 @@ class TiledBoxes {
   std::optional<PositionSink> mapping_;
 };
 
-/// Makes the grid of combine_by_cells, with at least so many boxes in a tile if it may, and calls
-/// f(CellRunner).
+/// Makes the grid of combine_by_cells and calls f(CellRunner). A tile has at least `least_in_tile` boxes if
+/// possible.
 template <class F>
 void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
                 const Options& options, std::size_t least_in_tile, VertexSink* vertices, MassSink* mass,

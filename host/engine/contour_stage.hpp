@@ -11,7 +11,7 @@
 
 namespace boxunion {
 
-/// Runs the kernel `contour` on a device: tiles in, their contour vertices out.
+/// Runs the kernel `contour` on a device. It gets tiles and finds their contour vertices.
 class ContourStage {
  public:
   ContourStage(Device& device, const Tuning& tuning);

@@ -12,14 +12,14 @@
 namespace boxunion {
 namespace {
 
-/// An expression over sets of boxes, and how it is to be found.
+/// An expression over sets of boxes, and the options of its computation.
 struct Job {
   const Expression& expression;
   std::span<const BoxSet> sets;
   const Options& options;
 };
 
-/// Throws for what cannot be done.
+/// Throws Error(usage) for impossible combinations, Error(input) for invalid boxes.
 void check(const Job& job) {
   const std::size_t operands = job.expression.names().size();
   if (job.sets.size() != operands)
@@ -38,7 +38,7 @@ std::optional<CommonCorner> find_corner(const Job& job) {
   return find_common_corner(job.sets[0]);
 }
 
-/// One run, on the threads asked for: f(*this) does it.
+/// One run on the requested number of threads. The constructor calls f(*this, report).
 class Run {
  public:
   template <class F>
@@ -63,7 +63,8 @@ class Run {
     return totals;
   }
 
-  /// The ordinals of the boxes; the method cells reads those of three lattices by itself.
+  /// The ordinals of the boxes. The method cells reads boxes on three lattices by itself, so these are left
+  /// out.
   Ordinals find_ordinals() {
     Stopwatch watch(report_);
     std::optional<Axes> lattices;
@@ -73,7 +74,7 @@ class Run {
     return ordinals;
   }
 
-  /// Runs the method that the options ask for; see combine_by_cells about `vertices` and `mass`.
+  /// Runs the method that the options ask for. See combine_by_cells for `vertices` and `mass`.
   void combine(Ordinals ordinals, VertexSink* vertices, MassSink* mass) {
     VertexSink& sink = mass ? *mass : *vertices;
     if (corner_) {

@@ -11,8 +11,8 @@
 
 namespace boxunion {
 
-/// Called in a handler of `error`: returns, with a warning, where the run may go on natively; else rethrows
-/// it, if a device failed as Error(device).
+/// To be called in a handler of `error`. Warns and returns if the work may continue natively. Otherwise
+/// rethrows the error, as Error(device) if a device failed.
 inline void fall_back(const Error& error, const std::string& device, const Options& options) {
   const bool device_failed = error.kind() == ErrorKind::device || error.kind() == ErrorKind::resources;
   if (!device_failed || device == "native") throw;
@@ -20,8 +20,8 @@ inline void fall_back(const Error& error, const std::string& device, const Optio
   if (options.warn) options.warn(device + " failed, continuing natively: " + error.what());
 }
 
-/// A stage of kernels on a device that may fail: then it goes on natively, with a warning and the same
-/// result, if the options allow that.
+/// A stage of kernels on a device that may fail. After a failure it continues natively with a warning and the
+/// same result, if the options allow that.
 ///
 /// Stage is made from (Device&, const Tuning&) at first use and again after a failure.
 template <class Stage>
@@ -31,8 +31,8 @@ class Resilient {
 
   const DeviceInfo& device() const { return device_->info(); }
 
-  /// Calls f(stage). f may be called twice, so it must not change anything of the caller's before it is sure
-  /// to succeed.
+  /// Calls f(stage). f may be called twice, so it must change nothing of its caller's until it is sure to
+  /// succeed.
   template <class F>
   void run(F&& f) {
     try {

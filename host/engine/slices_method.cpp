@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kRectanglesPerBatch = std::size_t{1} << 20;
 
-/// The tiles of a batch of slabs: slab i has tiles [first_tile[i], first_tile[i + 1]).
+/// The tiles of a batch of slabs. Slab i has tiles [first_tile[i], first_tile[i + 1]).
 struct BatchTiles : Tiles {
   std::vector<std::size_t> first_tile;
 };
@@ -63,7 +63,7 @@ void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, Vert
   SlabBatch batch;
   std::vector<ContourVertex> vertices;
   std::vector<std::size_t> offsets;
-  std::vector<ContourVertex> last_contour;  // of the slab below the batch
+  std::vector<ContourVertex> last_contour;  // contour of the slab below the batch
   while (sweep.next(kRectanglesPerBatch, batch)) {
     if (options.interrupted && *options.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
     const BatchTiles tiles = cut_batch(batch, max_coordinates);

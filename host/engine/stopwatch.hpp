@@ -10,12 +10,12 @@
 
 namespace boxunion {
 
-/// Adds up the seconds of a run's stages in its report.
+/// Adds up the seconds of the stages of a run in its report.
 class Stopwatch {
  public:
   explicit Stopwatch(Report& report) : report_(report) {}
 
-  /// Books the time since the last lap (or the start) under `stage`.
+  /// Adds the time since the last lap (or the start) to `stage`.
   void lap(std::string_view stage) {
     const auto now = Clock::now();
     const double seconds = std::chrono::duration<double>(now - last_).count();
@@ -27,7 +27,7 @@ class Stopwatch {
       }
     report_.seconds.emplace_back(stage, seconds);
   }
-  /// Adds the time since the start to the report's "total", which comes last.
+  /// Adds the time since the start to "total", the last entry of the report.
   void total() {
     constexpr std::string_view kTotal = "total";
     last_ = start_;
@@ -43,12 +43,12 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now(), last_ = start_;
 };
 
-/// Stages of work on one thread that may be interrupted between them.
+/// Stages of work on one thread that can be interrupted between them.
 class Stages {
  public:
   Stages(Report& report, const std::atomic<bool>* interrupted) : watch_(report), interrupted_(interrupted) {}
 
-  /// Books the time of a stage. Throws Error(interrupted) if that was asked for.
+  /// Adds the time of a stage. Throws Error(interrupted) if an interrupt was requested.
   void finish(std::string_view stage) {
     watch_.lap(stage);
     if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");

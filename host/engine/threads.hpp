@@ -12,8 +12,8 @@
 
 namespace boxunion {
 
-/// Runs f on as many threads as asked for (0: one per core; fewer throw Error(usage)) and returns what it
-/// returns. Its parallel work ends with Error(interrupted) soon after `interrupted` (if not null) has become
+/// Runs f on `threads` threads (0: one per core; a negative number throws Error(usage)) and returns its
+/// result. Its parallel work ends with Error(interrupted) soon after `interrupted`, if not null, has become
 /// true.
 template <class F>
 auto with_threads(int threads, const std::atomic<bool>* interrupted, F&& f) {
