@@ -9,7 +9,7 @@
 
 namespace boxunion {
 
-/// Makes the buffer hold at least `bytes`; its contents are lost where it must grow.
+/// Makes the buffer hold at least `bytes`. Its contents are lost if it must grow.
 inline void reserve(Device& device, std::unique_ptr<Buffer>& buffer, std::size_t bytes) {
   if (buffer && buffer->bytes() >= bytes) return;
   buffer.reset();
@@ -18,7 +18,7 @@ inline void reserve(Device& device, std::unique_ptr<Buffer>& buffer, std::size_t
   buffer = device.allocate(std::min(limit, std::max<std::size_t>(bytes + bytes / 4, 4096)));
 }
 
-/// Brings an array to the device.
+/// Copies an array to the device.
 template <class T>
 void upload(Device& device, std::unique_ptr<Buffer>& buffer, std::span<const T> values) {
   reserve(device, buffer, values.size_bytes());

@@ -13,7 +13,7 @@ namespace boxunion {
 namespace {
 
 DriverProcess process;
-/// Drivers are not made to be woken by several threads at once.
+/// Drivers may fail if several threads load them at once.
 std::mutex waking;
 
 /// Releases an OpenCL handle; the driver keeps what queued commands still use.
@@ -74,7 +74,7 @@ std::string text(cl_device_id device, cl_device_info what) {
   check(clGetDeviceInfo(device, what, 0, nullptr, &size), "clGetDeviceInfo");
   std::string value(size, '\0');
   check(clGetDeviceInfo(device, what, size, value.data(), nullptr), "clGetDeviceInfo");
-  return value.c_str();  // without the final zeros
+  return value.c_str();  // without trailing zeros
 }
 
 /// Every device of every platform that can build programs.
@@ -116,15 +116,15 @@ DeviceInfo describe(cl_device_id device, std::size_t index) {
   info.max_workgroup =
       static_cast<std::uint32_t>(property<std::size_t>(device, CL_DEVICE_MAX_WORK_GROUP_SIZE));
   info.memory_bytes = property<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
-  // On a CPU a barrier splits the kernel into loops over the work-items, so one work-item a unit is fastest;
-  // it matters little how many share a group. A GPU needs lanes that do the same thing.
+  // On a CPU, a barrier splits the kernel into loops over the work-items, so one work-item per unit is
+  // fastest, and the size of a group matters little. A GPU needs lanes that do the same thing.
   info.preferred_shape = info.is_cpu ? Shape::item : Shape::group;
   info.preferred_workgroup = std::min(info.is_cpu ? 8u : 64u, info.max_workgroup);
   return info;
 }
 
-/// A context and the programs built in it. It lives as long as the process: a program takes up to a second to
-/// build, and a process may open a device many times.
+/// A context and the programs built in it. It is kept for the whole process, because a program takes up to a
+/// second to build, and a process may open a device many times.
 struct SharedContext {
   Context context;
   std::mutex mutex;
@@ -132,7 +132,7 @@ struct SharedContext {
 };
 
 SharedContext& shared_context(cl_device_id device) {
-  // never destroyed: drivers may be gone when static objects are
+  // never destroyed: drivers may be unloaded before static objects are destroyed
   static auto& contexts = *new std::map<cl_device_id, std::unique_ptr<SharedContext>>;
   const std::lock_guard lock(waking);
   std::unique_ptr<SharedContext>& shared = contexts[device];
@@ -170,11 +170,11 @@ Program build(cl_context context, cl_device_id device, const KernelSource& sourc
 
 class OpenclBuffer;
 
-/// What a device and its buffers share, so that they may be destroyed in any order.
+/// The state that a device and its buffers share, so that they may be destroyed in any order.
 struct Session {
   SharedContext& shared;
   Queue queue;
-  std::vector<OpenclBuffer*> lent;  // zero-copy buffers that are the device's until the next wait()
+  std::vector<OpenclBuffer*> lent;  // zero-copy buffers that the device owns until the next wait()
 };
 
 class OpenclBuffer final : public Buffer {
@@ -195,12 +195,12 @@ class OpenclBuffer final : public Buffer {
     }
   }
   ~OpenclBuffer() override {
-    // after an exception the device may still be at work
+    // after an exception, the device may still be working
     if (process.is_here()) clFinish(session_->queue.get());
     std::erase(session_->lent, this);
   }
 
-  /// The handle, for a command: the host has no access from now to the next wait().
+  /// The handle for a command. The host has no access from now until the next wait().
   cl_mem lend() {
     if (zero_copy_ && mapped_) {
       check(clEnqueueUnmapMemObject(session_->queue.get(), memory_.get(), host_, 0, nullptr, nullptr),
@@ -210,7 +210,7 @@ class OpenclBuffer final : public Buffer {
     }
     return memory_.get();
   }
-  /// Gives the host access again, once the queue has come so far.
+  /// Returns access to the host, once the queue has reached this point.
   void map() {
     cl_int status = CL_SUCCESS;
     clEnqueueMapBuffer(session_->queue.get(), memory_.get(), CL_FALSE, CL_MAP_READ | CL_MAP_WRITE, 0,
@@ -291,9 +291,8 @@ class OpenclDevice final : public Device {
   std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
     check_workgroup(info_, shape, workgroup);
     auto kernel = std::make_unique<OpenclKernel>(source, shape, workgroup);
-    // PoCL 3.1 takes minutes to optimise the larger kernels for groups and, vectorising for AVX-512, lets the
-    // last work-item of a group above 16 run a turn of LANES too many; nobody wants groups on a CPU for their
-    // speed
+    // PoCL 3.1 takes minutes to optimise the larger kernels for groups. When it vectorizes for AVX-512, the
+    // last work-item of a group above 16 runs one turn of LANES too many. Groups on a CPU need not be fast.
     const bool mistrust = info_.is_cpu && shape == Shape::group;
     const std::string options =
         fmt::format("-cl-std=CL1.2{} -DWORKGROUP={}{} {}", mistrust ? " -cl-opt-disable" : "", workgroup,

@@ -12,8 +12,8 @@ namespace {
 
 using namespace vulkan;
 
-/// Dispatches between two waits: what the descriptor and query pools hold. One more waits for the others
-/// first.
+/// Maximum number of dispatches between two waits, for which the descriptor and query pools have room.
+/// Another one first waits for the others.
 constexpr std::uint32_t max_dispatches = 256;
 constexpr std::uint32_t max_bindings = 16;
 
@@ -45,14 +45,14 @@ DeviceInfo describe(VkPhysicalDevice device, std::size_t index) {
   for (std::uint32_t heap = 0; heap < memory.memoryHeapCount; ++heap)
     if ((memory.memoryHeaps[heap].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
       info.memory_bytes = std::max(info.memory_bytes, memory.memoryHeaps[heap].size);
-  // A CPU driver pays for every work-item of a group at every barrier, so one work-item a unit is fastest, in
-  // groups of its vector width. A GPU needs lanes that do the same thing.
+  // A CPU driver pays for every work-item of a group at every barrier, so one work-item per unit is fastest,
+  // in groups of its vector width. A GPU needs lanes that do the same thing.
   info.preferred_shape = info.is_cpu ? Shape::item : Shape::group;
   info.preferred_workgroup = std::min(info.is_cpu ? 8u : 64u, info.max_workgroup);
   return info;
 }
 
-/// A buffer in mapped memory and, unless that is what kernels use, a second one in the device's own memory.
+/// A buffer in mapped memory and, unless kernels use that directly, a second one in the device's own memory.
 class VulkanBuffer final : public Buffer {
  public:
   VulkanBuffer(std::shared_ptr<Session> session, std::size_t bytes, bool zero_copy)
@@ -72,7 +72,7 @@ class VulkanBuffer final : public Buffer {
     local_ = BufferHandle::make(device, vkCreateBuffer, info, "vkCreateBuffer");
     local_memory_ = session_->allocate(local_.get(), 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
   }
-  ~VulkanBuffer() override { session_->finish(); }  // after an exception the device may still be at work
+  ~VulkanBuffer() override { session_->finish(); }  // after an exception, the device may still be working
 
   VkBuffer mapped() const { return mapped_.get(); }
   VkBuffer handle() const { return zero_copy_ ? mapped_.get() : local_.get(); }
@@ -174,7 +174,7 @@ class VulkanDevice final : public Device {
     const std::uint32_t groups =
         loaded.shape == Shape::group ? units : (units + loaded.workgroup - 1) / loaded.workgroup;
     const std::uint32_t groups_x =
-        std::min(groups, max_groups_x_);  // the dialect's GROUP_INDEX is x + width * y
+        std::min(groups, max_groups_x_);  // GROUP_INDEX of the dialect is x + width * y
     const std::uint32_t groups_y = (groups + groups_x - 1) / groups_x;
 
     const VkCommandBuffer commands = session_->record();

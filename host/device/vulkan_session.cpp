@@ -12,7 +12,7 @@
 namespace boxunion::vulkan {
 namespace {
 
-/// The first queue family that computes.
+/// The first queue family that supports compute.
 std::optional<std::uint32_t> compute_family(VkPhysicalDevice device) {
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
@@ -150,7 +150,7 @@ std::shared_ptr<Instance> shared_instance() {
   if (!process.claim()) throw Error(ErrorKind::device, used_before_fork("Vulkan"));
   if (is_validated()) return std::make_shared<Instance>();
   static std::mutex mutex;
-  // never destroyed: drivers may be gone when static objects are
+  // never destroyed: drivers may be unloaded before static objects are destroyed
   static auto& shared = *new std::shared_ptr<Instance>;
   const std::lock_guard lock(mutex);
   if (!shared) shared = std::make_shared<Instance>();

@@ -17,15 +17,15 @@
 #include "host/device/backend.hpp"
 #include "host/device/device.hpp"
 
-// Instances, logical devices and commands of Vulkan. Internal to host/vulkan_*.cpp.
+// Instances, logical devices and commands of Vulkan. Internal to host/device/vulkan_*.cpp.
 namespace boxunion::vulkan {
 
-/// Throws Error(device), or Error(resources) for lack of memory, unless the call was a success.
+/// Throws Error(device), or Error(resources) for lack of memory, unless the call succeeded.
 void check(VkResult result, const char* call);
 
 inline DriverProcess process;
 
-/// A structure of Vulkan's, zero but for its type.
+/// A Vulkan structure, zero except for its type.
 template <class T>
 T structure(VkStructureType type, void* next = nullptr) {
   T empty{};
@@ -52,7 +52,7 @@ class Handle {
   }
   T get() const { return handle_; }
 
-  /// A new object: create is the vkCreate... or vkAllocate... function.
+  /// Makes a new object. `create` is the vkCreate... or vkAllocate... function.
   template <class Create, class Info>
   static Handle make(VkDevice device, Create create, const Info& info, const char* call) {
     T handle = VK_NULL_HANDLE;
@@ -75,7 +75,7 @@ using CommandPool = Handle<VkCommandPool, vkDestroyCommandPool>;
 using QueryPool = Handle<VkQueryPool, vkDestroyQueryPool>;
 using Fence = Handle<VkFence, vkDestroyFence>;
 
-/// A VkInstance; with BOXUNION_VULKAN_VALIDATION=1 it also collects what the validation layer says.
+/// A VkInstance. With BOXUNION_VULKAN_VALIDATION=1 it also collects the messages of the validation layer.
 class Instance {
  public:
   Instance();
@@ -98,22 +98,21 @@ class Instance {
   std::vector<std::string> messages_;
 };
 
-/// The instance of this process. It is never destroyed, for loading the drivers takes a fraction of a second;
-/// but under validation every caller gets an instance of its own, so that the layer sees what is left over.
+/// The instance of this process. It is never destroyed, because loading the drivers takes a fraction of a
+/// second. Under validation, every caller gets its own instance, so that the layer notices leaks.
 std::shared_ptr<Instance> shared_instance();
 
-/// Every device that offers what the kernels' SPIR-V needs: Vulkan 1.2, 64-bit integers and a queue that
-/// computes.
+/// The devices that support the kernels' SPIR-V: Vulkan 1.2, 64-bit integers and a compute queue.
 std::vector<VkPhysicalDevice> find_devices(VkInstance instance, std::vector<std::string>& notes);
 
-/// A kernel as a device runs it.
+/// A kernel in the form that a device runs.
 struct Program {
   SetLayout set_layout;
   PipelineLayout layout;
   Pipeline pipeline;
 };
 
-/// A VkDevice with one queue, for any number of threads, and the programs that were made for it.
+/// A VkDevice with one queue, for any number of threads, and the programs made for it.
 class LogicalDevice {
  public:
   LogicalDevice(std::shared_ptr<Instance> instance, VkPhysicalDevice physical);
@@ -125,13 +124,13 @@ class LogicalDevice {
   VkPhysicalDevice physical() const { return physical_; }
   std::uint32_t family() const { return family_; }
   Instance& instance() const { return *instance_; }
-  /// Nothing works any more.
+  /// True if nothing works any more.
   bool is_lost() const { return lost_; }
 
-  /// Appends commands, if any are given, to the queue; the fence, if one is given, says when they have run.
+  /// Appends commands to the queue, if any are given. The fence, if one is given, signals that they have run.
   VkResult submit(VkCommandBuffer commands, VkFence fence);
   VkResult wait(VkFence fence);
-  /// The kernel's program, made when it is first asked for.
+  /// The program of a kernel. It is made at the first call.
   const Program& program(const KernelSource& source, Shape shape, std::uint32_t workgroup);
 
  private:
@@ -147,13 +146,13 @@ class LogicalDevice {
   std::map<std::tuple<std::string_view, Shape, std::uint32_t>, Program> programs_;
 };
 
-/// The logical device of a physical one, the index-th of find_devices(). It lives as long as the process, but
-/// under validation as long as it is used: a program takes a tenth of a second to make, and a process may
-/// open a device many times.
+/// The logical device of a physical one, the index-th of find_devices(). It is kept for the whole process,
+/// because a program takes a tenth of a second to make, and a process may open a device many times. Under
+/// validation, it is kept only while it is used.
 std::shared_ptr<LogicalDevice> logical_device(std::size_t index);
 
-/// What an open device, its buffers and its kernels share, so that they may be destroyed in any order: the
-/// commands that are being recorded or run.
+/// The state that an open device, its buffers and its kernels share, so that they may be destroyed in any
+/// order: the commands that are being recorded or run.
 class Session {
  public:
   explicit Session(std::shared_ptr<LogicalDevice> logical);
@@ -163,15 +162,15 @@ class Session {
   LogicalDevice& logical() { return *logical_; }
   VkDevice device() const { return logical_->get(); }
 
-  /// Memory of a type that has all `required` flags and, if there is such a type, the `preferred` ones.
+  /// Memory of a type that has all `required` flags and, if there is such a type, also the `preferred` ones.
   Memory allocate(VkBuffer buffer, VkMemoryPropertyFlags required, VkMemoryPropertyFlags preferred);
   /// A command buffer whose next command sees what all commands before it have written.
   VkCommandBuffer record();
-  /// Lets the host see what the commands recorded so far have written, once they have run.
+  /// Lets the host see what the commands recorded so far write, once they have run.
   void release_to_host();
-  /// Starts what was recorded.
+  /// Starts the recorded commands.
   VkResult submit();
-  /// Submits and waits for everything; after a fork it only says that the device is lost.
+  /// Submits and waits for everything. After a fork, it only returns that the device is lost.
   VkResult finish();
 
  private:
