@@ -164,7 +164,7 @@ class Session {
 
   /// Memory of a type that has all `required` flags and, if there is such a type, also the `preferred` ones.
   Memory allocate(VkBuffer buffer, VkMemoryPropertyFlags required, VkMemoryPropertyFlags preferred);
-  /// A command buffer whose next command sees what all commands before it have written.
+  /// A command buffer whose next command sees everything that earlier commands have written.
   VkCommandBuffer record();
   /// Lets the host see what the commands recorded so far write, once they have run.
   void release_to_host();

@@ -25,7 +25,7 @@ constexpr std::uint64_t kNativeRunCost = 1u << 20;  // the same natively: some m
 // Minimum boxes in a tile if there are few boxes. A device needs more, because lavapipe stops the loops of
 // larger cells.
 constexpr std::size_t kLeastInTile = 1000, kLeastInNativeTile = 250;
-constexpr std::size_t kMostAtOnce = 1u << 16;  // up to so many boxes, all tiles are cut before cells are computed
+constexpr std::size_t kMostAtOnce = 1u << 16;  // if all tiles have fewer boxes, they are cut first
 
 /// Replaces ordinals by their positions (from 1) among those that occur, and maps them back. For axes so wide
 /// that a grid over them would be nearly empty.

@@ -44,7 +44,7 @@ constexpr std::size_t kMostSlabs = 64;  // slabs of one cut
 constexpr double kFill = 0.85;          // estimated fill of a slab, because samples err
 constexpr unsigned kMostDepth = 32;
 constexpr double kMostCopies = 1.5;  // copies of a box, if all boxes fit in one slab
-constexpr double kCutShare = 0.3;    // time of cutting, as a fraction of that of slabs
+constexpr double kCutShare = 0.3;    // fraction of the progress that cutting takes
 
 using Ordinal = std::uint32_t;
 
