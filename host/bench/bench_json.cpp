@@ -55,7 +55,7 @@ Json context(const BenchResults& results) {
   return json;
 }
 
-/// What all entries of a case begin with.
+/// The members that all entries of a case begin with.
 Json head(const BenchCase& c, const std::string& suffix, const char* type) {
   return {{"name", c.name() + suffix},
           {"run_name", c.name()},
@@ -64,7 +64,7 @@ Json head(const BenchCase& c, const std::string& suffix, const char* type) {
           {"threads", 1}};
 }
 
-/// The times and counters of a run; `copy_rate` in bytes a second.
+/// Adds the times and counters of a run. `copy_rate` is in bytes per second.
 void add_times(Json& entry, const BenchCase& c, const BenchRun& run, double copy_rate) {
   entry["real_time"] = 1e9 * run.wall_seconds;
   entry["cpu_time"] = 1e9 * run.cpu_seconds;

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::int64_t kUniverse = 32768;
 
-/// A kernel of cells, and what it takes to have it run.
+/// A kernel of cells, and what is needed to run it.
 struct CellKernelKind {
   std::string_view name;
   CellKernel kernel;
@@ -38,7 +38,7 @@ constexpr CellKernelKind kCellKernels[] = {{"cell_occupancy", CellKernel::occupa
                                            {"cell_faces", CellKernel::faces, false, false}};
 constexpr std::string_view kContour = "contour";
 
-/// So many cubes whose volumes add up to what the density says; `sets` share that.
+/// `count` cubes, divided among `sets` sets. Their volumes together have the given density.
 BoxSet cubes(std::uint64_t count, Density density, std::size_t sets, std::uint64_t seed) {
   const double sum = density == Density::sparse ? 0.015 : density == Density::middle ? 0.5 : 3.0;
   const double edge = double(kUniverse) * std::cbrt(sum / double(sets) / double(count));
@@ -53,7 +53,7 @@ class CountingSink : public VertexSink {
   std::atomic<std::uint64_t> count = 0;
 };
 
-/// Leaves the first runs of a batch, of about so many cells, and what they need.
+/// Keeps only the first runs of a batch, with about `cells` cells, and the data that they need.
 void keep_first(CellBatch& batch, std::size_t cells) {
   std::size_t runs = 0, kept = 0;
   while (runs < batch.runs.size() && kept < cells) kept += batch.runs[runs++].count;
@@ -72,7 +72,7 @@ void keep_first(CellBatch& batch, std::size_t cells) {
   batch.steps.resize(steps);
 }
 
-/// What cells give: vertices or, of the kernels of sums, mass properties.
+/// The result of cells: vertices or, for the kernels of sums, mass properties.
 struct CellResult {
   Array<Vertex> vertices;
   MassProperties mass;
@@ -97,7 +97,7 @@ class CellProblem final : public BenchProblem {
   }
 
  private:
-  /// Sinks for results that nobody reads.
+  /// Sinks for results that are not read.
   struct NullSinks {
     explicit NullSinks(const CellProblem& problem)
         : mass(problem.axes_),
@@ -132,7 +132,7 @@ class CellProblem final : public BenchProblem {
    private:
     const CellProblem& problem_;
     NullSinks null_;
-    CellSink sink_;  // what the stage refers to
+    CellSink sink_;  // the stage refers to it
     CellStage stage_;
   };
 
@@ -150,7 +150,7 @@ class CellProblem final : public BenchProblem {
     });
   }
 
-  /// What f(sink) gives.
+  /// The result that f(sink) produces.
   template <class F>
   CellResult result(F&& f) const {
     SolidSink vertices(axes_);
@@ -179,7 +179,7 @@ class CellProblem final : public BenchProblem {
   CellResult expected_;
 };
 
-/// Contour vertices, those of tile i at [offsets[i], offsets[i + 1]), sorted.
+/// Contour vertices. Those of tile i are [offsets[i], offsets[i + 1]), sorted.
 struct ContourResult {
   std::vector<ContourVertex> vertices;
   std::vector<std::size_t> offsets;
@@ -231,7 +231,7 @@ class ContourProblem final : public BenchProblem {
     }
     void run() override { stage_.run(problem_.tiles_, found_.vertices, found_.offsets); }
 
-    /// Of the last run.
+    /// The result of the last run.
     ContourResult result() const {
       ContourResult sorted = found_;
       for (std::size_t i = 0; i + 1 < sorted.offsets.size(); ++i)

@@ -20,9 +20,9 @@ namespace boxunion {
 namespace {
 
 constexpr std::int32_t kGrid = 16;           // edge of the grid of the native cases
-constexpr std::uint32_t kProblemCells = 64;  // of a case that devices and native are compared on
+constexpr std::uint32_t kProblemCells = 64;  // cells of a case on which devices are compared with native
 
-/// A union of boxes, or one set of them without another, found by looking at every point of a grid.
+/// A union of boxes, or one set of boxes without another, computed by testing every point of a grid.
 class GridCase {
  public:
   GridCase(Expression expression, std::uint64_t boxes, std::int64_t longest, std::uint64_t seed)
@@ -33,7 +33,8 @@ class GridCase {
     find_vertices();
   }
 
-  /// What is wrong with the vertices that the engine finds with these options, if anything is.
+  /// Describes what is wrong with the vertices that the engine finds with these options; empty if they are
+  /// right.
   std::string check_vertices(const Options& options) const {
     const Solid solid = combine(expression_, sets_, options);
     std::vector<Vertex> found;
@@ -41,7 +42,7 @@ class GridCase {
       found.push_back({at(solid.axes[0], v.x), at(solid.axes[1], v.y), at(solid.axes[2], v.z), v.mask});
     return found == vertices_ ? "" : "wrong result: its vertices are not those of brute force";
   }
-  /// The same of the mass properties.
+  /// The same for the mass properties.
   std::string check_mass(const Options& options) const {
     MassSink expected(grid_axes());
     expected.add(vertices_);
@@ -52,7 +53,7 @@ class GridCase {
   }
 
  private:
-  // Coordinates 0 .. kGrid, and so ordinals 1 .. kGrid + 1; a layer of empty cells all round.
+  // Coordinates are 0 .. kGrid, so ordinals are 1 .. kGrid + 1. A layer of empty cells surrounds them.
   static constexpr std::int32_t kEdge = kGrid + 2;
   static std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) {
     return std::size_t((z * kEdge + y) * kEdge + x);
@@ -87,7 +88,7 @@ class GridCase {
             vertices_.push_back({std::uint32_t(x) + 1, std::uint32_t(y) + 1, std::uint32_t(z) + 1, mask});
         }
   }
-  /// Is the mask constant along none of the axes?
+  /// True if the mask is constant along none of the axes.
   static bool is_vertex(std::uint32_t mask) {
     const auto varies = [&](std::uint32_t low, int shift) { return (mask & low) != (mask >> shift & low); };
     return varies(0b01010101, 1) && varies(0b00110011, 2) && varies(0b00001111, 4);
@@ -100,7 +101,7 @@ class GridCase {
   std::vector<Vertex> vertices_;
 };
 
-/// Calls f, which says what is wrong; so does what it throws, but for an interruption.
+/// Calls f, which describes a failure. An exception also counts as one, except for an interrupt.
 template <class F>
 std::string failure_of(F&& f) {
   try {

@@ -20,7 +20,7 @@
 namespace boxunion {
 namespace {
 
-/// Wall and CPU seconds of this process, and the device's own.
+/// Wall and CPU seconds of this process, and seconds of the device.
 struct Clocks {
   explicit Clocks(const Device& device)
       : wall(std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count()),
@@ -32,7 +32,7 @@ struct Clocks {
   double wall, device, cpu = 0;
 };
 
-/// Runs f, which waits for the device, and says what that took.
+/// Runs f, which waits for the device, and returns its times.
 template <class F>
 BenchRun timed(const Device& device, F&& f) {
   const Clocks before(device);
@@ -47,7 +47,7 @@ std::vector<double> values_of(std::span<const BenchRun> runs, double BenchRun::*
   return values;
 }
 
-/// Calls f and returns what went wrong with the device, if anything did.
+/// Calls f and returns the error of the device, if there was one.
 template <class F>
 std::string error_of(F&& f) {
   try {
@@ -61,7 +61,7 @@ std::string error_of(F&& f) {
   }
 }
 
-/// Measures what a dispatch that does nothing costs, and copies an array.
+/// Measures an empty dispatch and a copy of an array.
 void measure_yardsticks(Device& device, const Tuning& tuning, std::uint32_t repetitions,
                         BenchDevice& result) {
   const DeviceInfo& info = device.info();
@@ -92,7 +92,7 @@ void measure_yardsticks(Device& device, const Tuning& tuning, std::uint32_t repe
   result.dispatch_seconds = spread_of(values_of(empty, &BenchRun::wall_seconds));
 }
 
-/// The launches of a kernel that the options ask for.
+/// The launches of a kernel that the options select.
 std::vector<Launch> launches_of(const DeviceInfo& info, std::string_view kernel,
                                 const KernelBenchOptions& options) {
   std::vector<Launch> launches;
@@ -101,7 +101,7 @@ std::vector<Launch> launches_of(const DeviceInfo& info, std::string_view kernel,
         choose_launch(info, kernel, {.shape = shape, .workgroup = workgroup, .tuned = options.tuned});
     if (std::ranges::find(launches, launch) == launches.end()) launches.push_back(launch);
   };
-  if (info.id == "native") {  // it knows neither shapes nor workgroups
+  if (info.id == "native") {  // it has neither shapes nor workgroups
     launches.push_back({});
     return launches;
   }
@@ -109,7 +109,7 @@ std::vector<Launch> launches_of(const DeviceInfo& info, std::string_view kernel,
   std::vector<std::uint32_t> workgroups = options.workgroups;
   if (options.every_launch) {
     add({}, 0);
-    // on a CPU a group's lanes are a loop with barriers: never the faster shape
+    // on a CPU, the lanes of a group are a loop with barriers, which is never faster
     if (shapes.empty() && info.is_cpu) shapes = {Shape::item};
     if (shapes.empty()) shapes = {Shape::group, Shape::item};
     if (workgroups.empty() && info.is_cpu) workgroups = {1, 4, 8, 16, 32, 64};
@@ -199,7 +199,7 @@ class Bench {
               if (!opened) opened = open_device(info.id);
               run_case(*opened, problem, options_.repetitions, result);
             });
-            if (!result.error.empty()) opened.reset();  // a device that failed may have nothing left to give
+            if (!result.error.empty()) opened.reset();  // a device that failed may give no more results
             done_(device, result);
           }
   }
@@ -275,7 +275,7 @@ std::vector<BestLaunch> best_launches(const BenchResults& results,
   for (const BenchCase& result : results.cases) {
     if (result.runs.empty() || result.device == "native") continue;
     const Spread spread = result.of(&BenchRun::device_seconds);
-    if (spread.median <= 0) continue;  // a device that tells no times
+    if (spread.median <= 0) continue;  // the device does not measure times
     std::vector<Candidate>& candidates = by_kernel[{result.device, result.kernel}];
     auto candidate = std::ranges::find(candidates, result.launch, &Candidate::launch);
     if (candidate == candidates.end()) candidate = candidates.insert(candidate, {result.launch, {}});

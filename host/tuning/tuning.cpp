@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "boxunion tuning 1";
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
-/// The launch of an entry; nothing if it makes no sense.
+/// The launch of an entry; nothing if it is invalid.
 std::optional<Launch> parse_launch(const Json& entry) {
   if (!entry.is_object()) return {};
   const auto shape = entry.find("shape"), workgroup = entry.find("workgroup");
@@ -111,14 +111,14 @@ std::string tuning_path() {
   };
   if (std::getenv("BOXUNION_TUNING")) return std::string(variable("BOXUNION_TUNING"));
   constexpr const char* kFile = "boxunion/tuning.json";
-  if (const auto config = variable("XDG_CONFIG_HOME"); config.starts_with('/'))  // else it does not count
+  if (const auto config = variable("XDG_CONFIG_HOME"); config.starts_with('/'))  // others are ignored
     return fmt::format("{}/{}", config, kFile);
   if (const auto home = variable("HOME"); !home.empty()) return fmt::format("{}/.config/{}", home, kFile);
   return {};
 }
 
 OutputFile open_tuning_file(const std::string& path, OutputGroup* group) {
-  std::error_code ignored;  // OutputFile says what is wrong with the folder
+  std::error_code ignored;  // OutputFile reports problems with the folder
   if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
     std::filesystem::create_directories(folder, ignored);
   return OutputFile(path, nullptr, group);
