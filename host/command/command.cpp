@@ -46,7 +46,7 @@ Result rows_result(const std::string& key, const std::array<std::array<double, 3
   return {key, json + "]", text};
 }
 
-/// UNION3's table 1 as far as the mass properties do not say it; no cells with method slices.
+/// The parts of UNION3's table 1 that the mass properties do not cover. No cells with method slices.
 std::vector<Result> statistics_results(const Report& report) {
   std::vector<Result> results;
   if (report.method == "cells")
@@ -66,7 +66,7 @@ std::vector<Result> statistics_results(const Report& report) {
   return results;
 }
 
-/// What the vertices of a solid count.
+/// Counts of the vertices of a solid.
 std::vector<Result> vertex_results(const VertexCounts& counts) {
   return {count_result("vertices", counts.vertices), count_result("edges", counts.edges),
           count_result("nonmanifold_edges", counts.nonmanifold_edges)};
@@ -86,7 +86,7 @@ BoundaryCounts counts_of(const Boundary& boundary) {
           .shells = ShellCounts{shells.size(), shells.cavities()}};
 }
 
-/// How many of everything else its boundary has.
+/// Counts of the rest of a boundary.
 std::vector<Result> boundary_results(const BoundaryCounts& counts) {
   std::vector<Result> results = {count_result("faces", counts.faces), count_result("holes", counts.holes)};
   if (counts.shells)
@@ -98,7 +98,8 @@ std::vector<Result> boundary_results(const BoundaryCounts& counts) {
   return results;
 }
 
-/// How the kernels are launched on a device, as members of a JSON object; natively there is no choice.
+/// The launches of the kernels on a device, as members of a JSON object. Empty for the native device, which
+/// has no choice.
 std::string json_launches(const DeviceInfo& device, const Tuning& tuning) {
   std::string json;
   if (device.id == "native") return json;
@@ -111,7 +112,7 @@ std::string json_launches(const DeviceInfo& device, const Tuning& tuning) {
   return json;
 }
 
-/// The same as a line, if anything was tuned.
+/// The same as a line of text, if anything was tuned.
 std::string text_launches(const DeviceInfo& device, const Tuning& tuning) {
   std::string text;
   if (device.id == "native") return text;
@@ -244,7 +245,7 @@ void measure(const std::string& input, const Common& common) {
 
 namespace {
 
-/// Writes the vertices of a union, and no faces, in order.
+/// Writes the vertices of a union, in order and without faces.
 VertexCounts write_vertices(ExternalUnion& external, OutputFile out) {
   VertexCounts counts;
   std::optional<VertexWriter> writer;
@@ -311,7 +312,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   with_threads(common.engine.threads, common.interrupted, [&] {
     bar.show_part(0, 0.3);
     const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
-    bar.show_part(0.3, 0.8);  // writing is the rest
+    bar.show_part(0.3, 0.8);  // the rest is writing
     writer.write(solid, options, report);
   });
   bar.clear();

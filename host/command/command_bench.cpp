@@ -14,7 +14,7 @@
 namespace boxunion::command {
 namespace {
 
-/// Seconds with a unit, in a column.
+/// Seconds with a unit, of the width of a column.
 std::string time_text(double seconds) {
   if (seconds < 1e-3) return fmt::format("{:6.1f} us", 1e6 * seconds);
   if (seconds < 1) return fmt::format("{:6.2f} ms", 1e3 * seconds);
@@ -77,7 +77,7 @@ void compare(const std::string& before, const std::string& after) {
   print(out);
 }
 
-/// Writes the best launches to a tuning file, which keeps what it says of other devices.
+/// Writes the best launches to a tuning file. Its entries for other devices are kept.
 void tune(const BenchResults& results, const std::shared_ptr<const TunedLaunches>& in_use,
           const std::string& path, OutputFile file) {
   const std::vector<BestLaunch> best = best_launches(results, in_use);

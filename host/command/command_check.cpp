@@ -11,7 +11,7 @@
 namespace boxunion::command {
 namespace {
 
-/// "ok", or "FAILED" and a line for each kernel that did.
+/// "ok", or "FAILED" and a line for each kernel that failed.
 std::string text_of(const DeviceCheck& check) {
   const std::string head = fmt::format("{:10}  {}", check.info.id, check.is_ok() ? "ok" : "FAILED");
   if (!check.failure.empty()) return fmt::format("{}: {}\n", head, check.failure);

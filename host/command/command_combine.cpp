@@ -16,7 +16,7 @@
 namespace boxunion::command {
 namespace {
 
-/// A set of boxes as the command line gives it.
+/// A set of boxes, as given on the command line.
 struct NamedFile {
   std::string name, path;
 };
@@ -31,7 +31,7 @@ NamedFile parse_set(const std::string& argument) {
   return {name, argument.substr(equals + 1)};
 }
 
-/// The files of an expression's sets, in its order. Warns of those that it does not name.
+/// The files of an expression's sets, in its order. Warns of files that it does not name.
 std::vector<NamedFile> find_files(const Expression& expression, const std::vector<std::string>& arguments) {
   std::vector<NamedFile> given;
   for (const std::string& argument : arguments) {
@@ -64,7 +64,7 @@ MassProperties mass_of(const Solid& solid) {
   return sink.result();
 }
 
-/// How many boxes each set has, and all together.
+/// The number of boxes of each set and of all sets together.
 std::vector<Result> set_results(const std::vector<NamedFile>& files, const std::vector<BoxSet>& sets) {
   std::string json, text;
   std::size_t boxes = 0, degenerate = 0;
@@ -120,7 +120,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   bar.clear();
   if (writer)
     for (const Result& result : writer->results())
-      if (result.key != "vertices") results.push_back(result);  // is there already
+      if (result.key != "vertices") results.push_back(result);  // already in the results
   if (!boxes.empty()) results.push_back(string_result("boxes_output", boxes));
   add_report(results, report);
   print_results(results, common.json);

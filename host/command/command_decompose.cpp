@@ -24,15 +24,15 @@ const char* name(Model model) {
   return kNames[std::size_t(model)];
 }
 
-/// The boxes that a model consists of; none: extreme vertices.
+/// The model of disjoint boxes, or none for extreme vertices.
 std::optional<BoxModel> box_model(Model model) {
   if (model == Model::evm) return std::nullopt;
   return model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
 }
 
-/// The extreme vertices in the order asked for, or in that which gives the model the fewest elements (of
-/// equals the first; extreme vertices are as many in every order). One order may give far more than another,
-/// so none is counted much further than the best.
+/// The extreme vertices in the requested order, or in the first order that gives the model the fewest
+/// elements. (The number of extreme vertices is the same in every order.) One order may give far more boxes
+/// than another, so no count goes much beyond the best one.
 Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::optional<AxisOrder>& order) {
   if (order || !boxes) return make_evm(solid, order.value_or(kAxisOrders[0]));
   Evm best;
@@ -46,12 +46,12 @@ Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::op
       best = std::move(evm);
     }
     if (fewest <= limit) return best;
-    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() says that it is too much
+    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() throws the error
   }
 }
 
-/// Order, number of elements and their bytes in memory; where boxes have neighbors, these pairs and the
-/// bytes of their lists too.
+/// Adds the order, the number of elements and their bytes in memory. If boxes have neighbors, adds their
+/// pairs, and the bytes include the neighbor lists.
 void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
                std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {
   std::uint64_t bytes = elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>));

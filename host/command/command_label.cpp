@@ -17,7 +17,7 @@
 namespace boxunion::command {
 namespace {
 
-/// The files that `label` writes, opened before the work that fills them.
+/// The files that `label` writes. They are opened before the work that fills them.
 struct LabelFiles {
   std::optional<OutputFile> labels, components;
   LabelFiles(const std::string& output, std::span<const FileFormat> formats,
@@ -28,7 +28,7 @@ struct LabelFiles {
   }
 };
 
-/// Runs of voxels, so that no union is needed.
+/// Labels runs of voxels. This needs no union.
 std::vector<Result> label_voxels_of(const std::string& input, LabelFiles files, Connectivity connectivity,
                                     const Common& common) {
   const Volume volume = read_volume(input, common.volume, common.interrupted);
@@ -50,7 +50,7 @@ std::vector<Result> label_voxels_of(const std::string& input, LabelFiles files, 
 
 std::vector<Result> label_boxes_of(const std::string& input, LabelFiles files, Connectivity connectivity,
                                    HeldBoxes held, const Common& common, ProgressBar& bar) {
-  constexpr AxisOrder kOrder = {2, 1, 0};  // as voxels: numbered by their first points in z, y, x
+  constexpr AxisOrder kOrder = {2, 1, 0};  // like voxels: numbered by their first points in z, y, x
   Report report;
   const Solid solid = unite(held.read(input), engine_options(common, bar), &report);
   Stages stages(report, common.interrupted);

@@ -25,20 +25,20 @@ extern "C" void __tsan_init() __attribute__((weak));
 namespace boxunion::command {
 namespace {
 
-/// Sanitizers reserve more than any budget. The command may be linked with a library that has them, itself
-/// without.
+/// True if sanitizers are linked, which reserve more memory than any budget. Even a command built without
+/// them may be linked with a library that has them.
 bool is_sanitized() {
   return __asan_init != nullptr || __tsan_init != nullptr;
 }
 
-/// Code and constants of the process and its libraries, and the first thread's stack: what RLIMIT_DATA does
-/// not count.
+/// Memory that RLIMIT_DATA does not count: code and constants of the process and its libraries, and the stack
+/// of the first thread.
 constexpr std::uint64_t kUncounted = std::uint64_t{16} << 20;
 constexpr std::uint64_t kLeast = std::uint64_t{32}
                                  << 20;  // what any run takes, so that it can say that it does not suffice
 
-/// Has all threads work at the same time, once, so that the thread library starts them; gives up soon where
-/// the system has no time for all.
+/// Makes all threads work at the same time, once, so that the thread library starts them. Gives up soon if
+/// the system has no time for all of them.
 void start_threads(int threads) {
   with_threads(threads, nullptr, [] {
     const std::size_t all = thread_count();
@@ -54,8 +54,8 @@ void start_threads(int threads) {
   });
 }
 
-/// Bytes of writable private memory that the process has asked for, most of it for stacks that it never
-/// touches; 0 if the system does not say.
+/// Bytes of writable private memory that the process has reserved, mostly for stacks that it never touches. 0
+/// if the system does not tell.
 std::uint64_t asked_for() {
   std::ifstream status("/proc/self/status");
   for (std::string key; status >> key; status.ignore(1000, '\n'))
@@ -72,7 +72,7 @@ void limit_memory(std::uint64_t bytes, const Options& options) {
   rlimit limit{};
   if (::getrlimit(RLIMIT_DATA, &limit) != 0) return;
   limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, most);
-  ::setrlimit(RLIMIT_DATA, &limit);  // without it, boxunion's own sums remain
+  ::setrlimit(RLIMIT_DATA, &limit);  // if it fails, boxunion's own accounting remains
 }
 
 HeldBoxes::HeldBoxes(const Common& common) : common_(common) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 
-/// The number that a text begins with, which is then removed from it; nothing if it begins with none.
+/// Removes the number at the start of a text and returns it; nothing if there is none.
 template <class T>
 std::optional<T> take_number(std::string_view& text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
@@ -26,14 +26,14 @@ std::optional<T> take_number(std::string_view& text) {
   return value;
 }
 
-/// A product as a whole number, rounded down if `rounds`; nothing if it is none of 64 bits.
+/// A product as a whole number, rounded down if `rounds`. Nothing if it is not a whole number of 64 bits.
 std::optional<std::uint64_t> whole(double value, std::uint64_t factor, bool rounds) {
   const double product = std::floor(value * double(factor));
   if (!(product >= 0 && product < 0x1p64) || (!rounds && product != value)) return std::nullopt;
   return std::uint64_t(product);
 }
 
-/// Digits alone are exact; with a point or an exponent the number goes through a double.
+/// Digits alone are exact. A number with a point or an exponent is parsed as a double.
 std::optional<std::uint64_t> parse_whole(std::string_view text) {
   std::string_view rest = text;
   if (const auto digits = take_number<std::uint64_t>(rest); digits && rest.empty()) return digits;
@@ -42,7 +42,7 @@ std::optional<std::uint64_t> parse_whole(std::string_view text) {
   return value && rest.empty() ? whole(*value, 1, false) : std::nullopt;
 }
 
-/// The factor of a unit, as "", "B", "K", "KB" or "KiB" in any case; nothing if it is none.
+/// The factor of a unit: "", "B", "K", "KB" or "KiB" in upper or lower case. Nothing for anything else.
 std::optional<std::uint64_t> parse_unit(std::string_view text) {
   constexpr std::string_view kPrefixes = "kmgt";
   std::string unit(text.substr(std::min(text.find_first_not_of(' '), text.size())));
@@ -62,7 +62,7 @@ std::optional<std::uint64_t> parse_bytes(std::string_view text) {
   return value && factor ? whole(*value, *factor, true) : std::nullopt;
 }
 
-/// A validator of what `parse` makes a number from `least` to `most` of.
+/// A validator for texts that `parse` turns into a number from `least` to `most`.
 template <class Parse>
 CLI::Validator number_in(std::uint64_t least, std::uint64_t most, const std::string& expected, Parse parse) {
   return CLI::Validator(

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <limits>
 
-// How the command line reads numbers. Each of these goes to an option as `->transform(...)`: it replaces what
-// was given by plain digits, or refuses it with what was found and what is expected.
+// How the command line reads numbers. Each of these is passed to an option as `->transform(...)`. It replaces
+// the text by plain digits, or rejects it with a message that says what was found and what is expected.
 
 namespace boxunion::command {
 

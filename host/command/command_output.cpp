@@ -64,12 +64,12 @@ void print_results(const std::vector<Result>& results, bool json) {
 void print(std::string_view lines) {
   const std::string shown = printable_lines(lines);
   for (std::string_view rest = shown; !rest.empty();) {
-    // A pipe takes so much whole or, where a signal comes first, not at all.
+    // A pipe accepts so many bytes as a whole or, if a signal comes first, not at all.
     const ::ssize_t written =
         ::write(STDOUT_FILENO, rest.data(), std::min<std::size_t>(rest.size(), PIPE_BUF));
     if (written >= 0)
       rest.remove_prefix(std::size_t(written));
-    else if (errno == EINTR)  // by one of the signals that ask to stop
+    else if (errno == EINTR)  // a signal that asks to stop
       throw Error(ErrorKind::interrupted, "interrupted");
     else
       throw Error(ErrorKind::resources,

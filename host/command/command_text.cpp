@@ -9,14 +9,14 @@
 namespace boxunion::command {
 namespace {
 
-/// What text starts with.
+/// The first character of a text.
 struct Character {
   enum class Kind { plain, control, invalid } kind;
   std::size_t bytes;
 };
 
-/// The first character of text that is not empty, by table 3-7 of the Unicode standard: a byte that begins no
-/// well-formed sequence stands alone.
+/// The first character of a text that is not empty, by table 3-7 of the Unicode standard. A byte that begins
+/// no well-formed sequence stands alone.
 Character first_character(std::string_view text) {
   using enum Character::Kind;
   const auto byte = [&](std::size_t i) { return i < text.size() ? std::uint8_t(text[i]) : 0u; };
@@ -36,7 +36,7 @@ Character first_character(std::string_view text) {
   return {invalid, 1};
 }
 
-/// Joins what `show` makes of each character.
+/// Joins the results of `show` for each character.
 template <class Show>
 std::string map_characters(std::string_view text, Show&& show) {
   std::string shown;
@@ -79,7 +79,7 @@ std::string printable_lines(std::string_view text) {
 std::string json_string(std::string_view text) {
   const std::string characters = map_characters(text, [](Character::Kind kind, std::string_view character) {
     if (kind == Character::Kind::invalid) return std::string("\\ufffd");
-    if (kind == Character::Kind::control)  // the last byte of U+0080 to U+009F is its number
+    if (kind == Character::Kind::control)  // the number of a character from U+0080 to U+009F is its last byte
       return fmt::format("\\u{:04x}", std::uint8_t(character.back()));
     return fmt::format("{}{}", character == "\"" || character == "\\" ? "\\" : "", character);
   });
