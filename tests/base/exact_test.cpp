@@ -21,7 +21,7 @@ mpq_class rational(const Dyadic& value) {
   return result;
 }
 
-/// Integers of `words` 64-bit words, the leading ones often zero, with exponents in a range.
+/// Integers of `words` 64-bit words, often with leading zeros, with exponents in a range.
 rc::Gen<Dyadic> dyadic(std::size_t words, int exponents) {
   const auto word =
       rc::gen::oneOf(rc::gen::arbitrary<std::uint64_t>(), rc::gen::element<std::uint64_t>(0, 0, 0, 1, ~0ull));
@@ -50,7 +50,7 @@ RC_GTEST_PROP(Exact, QuotientsAreRoundedOnce, ()) {
 }
 
 RC_GTEST_PROP(Exact, TiesGoToEvenAndTheLeastExcessDecides, ()) {
-  // A double, half a unit of its last place, and a hair more or less.
+  // A double plus half a unit of its last place, and a little more or less.
   const auto digits = *rc::gen::inRange<std::int64_t>(1ll << 52, 1ll << 53);
   const int exponent = *rc::gen::inRange(-1200, 1000), hair = *rc::gen::inRange(-1, 2);
   const Dyadic value = Dyadic{BigInteger(2 * digits + 1), exponent} + Dyadic{hair, exponent - 300};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMany = 1 << 20;
 
-/// How many elements are reached if the flag becomes true with the first of them; throws if that ends the
+/// The number of elements reached if the flag becomes true at the first of them. Throws if that ends the
 /// work.
 std::size_t reached(std::atomic<bool>& flag, std::size_t grain) {
   std::atomic<std::size_t> count = 0;
@@ -62,8 +62,8 @@ TEST(Interruptible, LeavesOtherWorkAlone) {
   EXPECT_EQ(Interruptible::flag(), nullptr);
 }
 
-/// Where one piece of outer work fails, oneTBB cancels the loops within the others: each of these must throw,
-/// not return as if it had run.
+/// If one piece of outer work fails, oneTBB cancels the loops within the others. Each of these must throw
+/// instead of returning as if it had run.
 TEST(ParallelRanges, ThrowIfTheyDidNotRun) {
   for (int attempt = 0; attempt < 200; ++attempt) {
     std::atomic<int> silent = 0;
@@ -107,7 +107,8 @@ TEST(ParallelRanges, CallTheHookBeforeEveryPiece) {
   detail::before_piece = nullptr;
 }
 
-/// How often a thread begins a piece of outer work while it waits for the inner work of another one.
+/// The number of times that a thread begins a piece of outer work while it waits for inner work of another
+/// piece.
 template <class Inner>
 int pieces_begun_amid_others(Inner&& inner) {
   PerThread<int> begun(0);
@@ -127,7 +128,7 @@ int pieces_begun_amid_others(Inner&& inner) {
 }
 
 TEST(PerThread, BelongsToItsThreadDuringInnerWork) {
-  // pieces that take so unlike times that threads run out of them, whatever the number of cores
+  // the times of the pieces differ so much that threads become idle, whatever the number of cores
   const auto rest = [](std::size_t i) {
     std::this_thread::sleep_for(std::chrono::microseconds(i * 7919 % 97 == 0 ? 3000 : 20));
   };

@@ -32,7 +32,7 @@ struct Record {
   friend bool operator==(const Record&, const Record&) = default;
 };
 
-/// Many keys of each kind that a sort may trip over, 0 .. 5.
+/// Many keys of a kind, 0 to 5, that may be hard to sort.
 template <class Key>
 std::vector<Record<Key>> records(std::size_t count, int kind) {
   std::mt19937_64 random(count);

@@ -39,7 +39,7 @@ TEST(Sample, IsTheSameInPieces) {
   }
 }
 
-/// Of an input that repeats after `period` elements every kind gets its share.
+/// Every kind of element gets its share, even if the input repeats after `period` elements.
 TEST(Sample, AgreesWithNoPeriodOfTheInput) {
   for (std::uint64_t size = 1000; size < 100000; size = size * 3 / 2)
     for (const std::uint64_t period : {2u, 3u, 4u, 6u, 8u, 12u}) {

@@ -16,7 +16,7 @@
 namespace boxunion {
 namespace {
 
-/// The x axis of boxes between each coordinate and the greatest one.
+/// The x axis of boxes that reach from each coordinate to the greatest one.
 Axis axis_of(const std::vector<double>& coordinates) {
   const double most = *std::max_element(coordinates.begin(), coordinates.end());
   std::vector<Box> boxes;
@@ -99,7 +99,7 @@ TEST(Axis, IntegersMakeLatticesOverTheirWholeRange) {
   EXPECT_FALSE(make_axes(std::vector<IntegerBox>{{least, 0, 0, 2147483647, 1, 1}})[0].is_lattice());
 }
 
-/// The lowest bit of a double that is not 0, as an exponent, found by halving.
+/// The exponent of the lowest bit of a double that is not 0, found by halving.
 int lowest_bit(double x) {
   int exponent = 0;
   double fraction = std::frexp(x, &exponent);
@@ -107,10 +107,10 @@ int lowest_bit(double x) {
   return exponent;
 }
 
-/// The axis of rows of one coordinate each, in one of the six columns of boxes; the other end on that axis is
-/// the first row's.
+/// The axis of rows of one coordinate each, in one of the six columns of boxes. The other end on that axis is
+/// the coordinate of the first row.
 Axis axis_of_rows(const std::vector<double>& rows, std::size_t lane) {
-  std::vector<Box> boxes(rows.size(), Box{1, 1, 1, 1, 1, 1});  // zeros: no quick test
+  std::vector<Box> boxes(rows.size(), Box{1, 1, 1, 1, 1, 1});  // zeros would skip the fast test
   for (std::size_t i = 0; i < rows.size(); ++i) boxes[i][lane] = rows[i], boxes[i][(lane + 3) % 6] = rows[0];
   const Axis axis = make_axes(boxes)[lane % 3];
   if (lane % 3 == 2) return axis;
@@ -123,7 +123,8 @@ Axis axis_of_rows(const std::vector<double>& rows, std::size_t lane) {
   return axis;
 }
 
-/// `many` multiples of 2^e fill a block of the scan, then `last` comes: does the axis take it for what it is?
+/// Checks that the axis is right when `last` follows a block of the scan filled with `many`, a multiple of
+/// 2^e.
 void expect_last_is_seen(int e, double many, double last) {
   if (!std::isfinite(last) || last == 0 || !std::isfinite(many)) return;
   const int exponent = std::min(lowest_bit(many), lowest_bit(last));
@@ -155,8 +156,8 @@ TEST(Axis, EveryBinadeOfEveryUnitIsSeenInEveryBlock) {
               expect_last_is_seen(e, sign * std::ldexp(many, e), sign * std::ldexp(edge + step, e));
 }
 
-/// Random rows close to one point, a power of two or three times a random unit, with few bits below the unit;
-/// in runs that fill a block of the scan, or not.
+/// Random rows close to one point: a power of two or three times a random unit, with few bits below the unit.
+/// Some fill a block of the scan with a run.
 std::vector<double> random_rows(std::mt19937_64& random) {
   const int e = int(random() % 2000) - 1040;
   const double near =
@@ -222,7 +223,7 @@ TEST(Axis, NoBoxesHaveNoOrdinals) {
   for (const Axis& axis : make_rank_axes(BoxSet{})) EXPECT_EQ(axis.count(), 0u);
 }
 
-/// Ordinals keep the order of the coordinates and give them back.
+/// Checks that ordinals keep the order of the coordinates and map back to them.
 void check_axes(const std::vector<Box>& boxes, const Axes& axes) {
   for (unsigned a = 0; a < 3; ++a) {
     std::set<double> coordinates;
@@ -260,7 +261,7 @@ TEST(Axis, OrdinalBoxesKeepTheirOrderAndDropDegenerateOnes) {
   EXPECT_TRUE(ordinal_boxes(boxes, make_rank_axes(boxes)).size() == expected.size());
 }
 
-/// Every box comes back exactly, and every ordinal of a rank axis occurs.
+/// Checks that every box maps back exactly, and that every ordinal of a rank axis occurs.
 void check_ordinals(const BoxSet& boxes) {
   const Ordinals ordinals = make_ordinals(boxes);
   std::array<std::set<std::uint32_t>, 3> used;
@@ -295,7 +296,7 @@ RC_GTEST_PROP(Ordinals, AreExactAndOrdered, ()) {
       *rc::gen::oneOf(boxes_from(small_integer()), boxes_from(decimal()), boxes_from(nasty_coordinate())));
 }
 
-/// `count` boxes whose x, y and z are a lattice or not, bit by bit of `ranks`, with `distinct` coordinates.
+/// `count` boxes with `distinct` coordinates on each axis. The axes in the bits of `ranks` are no lattices.
 std::vector<Box> mixed_boxes(std::size_t count, unsigned ranks, std::uint32_t distinct) {
   std::mt19937_64 random(count + ranks);
   std::vector<Box> boxes(count);

@@ -16,7 +16,7 @@ namespace {
 
 using Parts = std::set<std::set<std::uint32_t>>;
 
-/// Clusters by testing every pair, again and again.
+/// Clusters found by testing all pairs repeatedly.
 Parts brute_force(const std::vector<PackedBox>& boxes) {
   std::vector<std::uint32_t> label(boxes.size());
   for (std::uint32_t i = 0; i < boxes.size(); ++i) label[i] = i;
@@ -45,7 +45,7 @@ TEST(Clusters, AreTheConnectedComponents) {
   const auto random = [&] { return std::uint32_t(engine()); };
   Clusters clusters;
   for (const std::uint32_t edge : {7u, 100u, 4096u, 65536u, 1u << 19})
-    for (const std::uint32_t most : {1u, 2u, 8u})  // of the universe in eighths, an edge of a box
+    for (const std::uint32_t most : {1u, 2u, 8u})  // maximum edge of a box, in eighths of the universe
       for (const std::size_t count : {0u, 1u, 2u, 13u, 60u}) {
         std::vector<PackedBox> boxes(count);
         for (PackedBox& box : boxes) {
@@ -82,7 +82,7 @@ TEST(Clusters, AreNotFoundIfAllBoxesMeet) {
   EXPECT_FALSE(Clusters().find(boxes, 64));
 }
 
-/// Tiles of sums have edges of at most 8192: a box may end, begin or lie across wherever one begins.
+/// Tiles of sums have edges of at most 8192. A box may end, begin or lie across the border of a tile.
 TEST(LoneBoxes, CountOnceWhereTilesMeet) {
   for (std::int32_t at = 8186; at < 8198; ++at) {
     const BoxSet boxes(
@@ -95,7 +95,7 @@ TEST(LoneBoxes, CountOnceWhereTilesMeet) {
   }
 }
 
-/// On each axis two intervals on 0 .. 3 that touch, wherever they begin and end.
+/// On each axis, two intervals on 0 .. 3 that touch, in every arrangement.
 TEST(Pairs, HaveTheSumsOfTheirVertices) {
   using Interval = std::array<std::int32_t, 2>;
   std::vector<std::array<Interval, 2>> touching;

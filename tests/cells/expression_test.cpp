@@ -18,8 +18,8 @@ void PrintTo(const Step& step, std::ostream* out) {
 
 namespace {
 
-/// The expression for every subset of up to 5 operands that are true, one bit each. Operands are matched by
-/// name: A is bit 0.
+/// The value of an expression for every subset of up to 5 operands that are true, one bit for each subset.
+/// Operands are identified by name: A is bit 0.
 std::uint32_t truth_table(std::string_view text) {
   const Expression expression = Expression::parse(text);
   std::uint32_t table = 0;
@@ -95,7 +95,7 @@ TEST(Expression, ErrorsNameTheColumn) {
 }
 
 TEST(Expression, OfManyOperandsNeedsLittleStack) {
-  // leaning to the right as far as it goes, and a full binary tree of 1024 operands
+  // an expression nested to the right as deep as possible, and a full binary tree of 1024 operands
   std::string nested, ends;
   for (int i = 0; i < 5000; ++i) nested += fmt::format("A{} not (", i), ends += ")";
   EXPECT_EQ(stack_depth(Expression::parse(nested + "B" + ends).steps()), 2u);
@@ -134,7 +134,7 @@ RC_GTEST_PROP(Expression, SimplificationKeepsTheFunction, ()) {
     RC_ASSERT(expected ==
               (filling == Filling::varies ? evaluate(rest, is_true) : filling == Filling::everything));
   }
-  // what is left may be simplified again
+  // the remaining expression may be simplified again
   std::vector<Step> nothing;
   std::ranges::fill(presence, Presence::absent);
   if (filling == Filling::varies)

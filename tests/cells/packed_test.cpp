@@ -19,7 +19,7 @@ std::vector<PackedBox> decoded(const PackedWords& code, const std::vector<std::u
   return boxes;
 }
 
-/// The words of some boxes, checked to give these back.
+/// The words of some boxes. Checks that they decode to the same boxes.
 std::vector<std::uint64_t> encoded(int log_edge, const std::vector<PackedBox>& boxes) {
   const PackedWords code(log_edge);
   std::vector<std::uint64_t> words;

@@ -21,7 +21,7 @@ Pairs brute_force(const std::vector<PackedBox>& boxes) {
   return pairs;
 }
 
-/// Boxes with edges of up to most[k % 3] along axis (a + k) % 3, where k counts boxes.
+/// Boxes with edges of up to most[k % 3] along axis (a + k) % 3. k counts the boxes.
 std::vector<PackedBox> random_boxes(std::size_t count, std::uint32_t universe,
                                     const std::array<std::uint32_t, 3>& most, std::mt19937& random) {
   std::vector<PackedBox> boxes(count);
@@ -59,7 +59,7 @@ TEST(TouchingPairs, GiveUpIfTheyAreMany) {
   EXPECT_EQ(calls, 4000u);
 }
 
-/// Rods through the whole tile are found one by one, where a sweep would compare all that run along it.
+/// Rods through the whole tile are found one by one. A sweep would compare all rods that run along it.
 TEST(Clusters, OfRodsInAllDirectionsAreFound) {
   constexpr std::uint32_t kEdge = 1u << 19;
   std::mt19937 random(5);

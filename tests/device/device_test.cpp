@@ -20,7 +20,7 @@ namespace {
 using Words = std::vector<std::uint32_t>;
 using Vertices = std::vector<std::array<std::uint32_t, 3>>;
 
-/// Tiles as kernels/contour.k takes them.
+/// Tiles in the form that kernels/contour.k reads.
 struct Tiles {
   Words tile, rectangle;
   std::uint32_t count() const { return static_cast<std::uint32_t>(tile.size() / 6); }
@@ -32,7 +32,7 @@ struct Tiles {
   }
 };
 
-/// What contour gives for a tile: its vertices sorted, or that it was crowded.
+/// The result of contour for a tile: its sorted vertices, or that it was crowded.
 struct Contour {
   bool crowded = false;
   Vertices vertices;
@@ -97,7 +97,7 @@ Result run_contour(Device& device, Shape shape, std::uint32_t workgroup, const T
   return run_contour(device, shape, workgroup, tiles, slots, slots);
 }
 
-/// A square alone, two that overlap, two that touch at a corner, a tile inside a rectangle, an empty tile, a
+/// A lone square, two that overlap, two that touch at a corner, a tile inside a rectangle, an empty tile, a
 /// crowded one, and random ones.
 Tiles some_tiles() {
   Tiles tiles;
@@ -170,7 +170,7 @@ TEST_P(DeviceTest, DownloadGivesWhatUploadBrought) {
   device->wait();
   for (std::size_t i = 100; i < 1100; ++i) ASSERT_EQ(view[i], i + 7);
   if (!device->info().is_unified) {
-    EXPECT_EQ(view[99], 0u);  // only what was asked for
+    EXPECT_EQ(view[99], 0u);  // only the requested part
     EXPECT_EQ(view[1100], 0u);
   }
 }
@@ -278,7 +278,7 @@ TEST_P(DeviceTest, BuffersOutliveTheDeviceAndWorkInFlight) {
 
 TEST_P(DeviceTest, DestroyingABufferLosesNoWorkOnOthers) {
   const auto kept = upload(*device, Words(100, 3u));
-  upload(*device, Words(100, 4u)).reset();  // waits, so the view may be touched
+  upload(*device, Words(100, 4u)).reset();  // waits, so that the view may be read
   if (!device->info().is_unified) std::ranges::fill(kept->view<std::uint32_t>(), 0u);
   device->download(*kept, 0, 400);
   device->wait();
@@ -358,7 +358,7 @@ TEST_P(DeviceTest, InjectedFailuresSurface) {
       EXPECT_EQ(error.kind(), ErrorKind::device);
       EXPECT_NE(std::string(error.what()).find("injected"), std::string::npos);
     }
-    EXPECT_EQ(run_contour(*failing, Shape::item, 8, tiles).total, 4u);  // once only
+    EXPECT_EQ(run_contour(*failing, Shape::item, 8, tiles).total, 4u);  // fails only once
   }
 }
 

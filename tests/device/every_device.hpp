@@ -14,7 +14,8 @@
 namespace boxunion {
 
 /// The devices of this machine. In a process for one test (ctest makes a process for each test), only the
-/// native one and those of the drivers that the test names: drivers take longer to start than most tests.
+/// native device and those of drivers that the test names, because drivers take longer to start than most
+/// tests.
 inline std::vector<DeviceInfo> devices_under_test() {
   constexpr std::string_view kFilter = "--gtest_filter=";
   std::ifstream arguments("/proc/self/cmdline");

@@ -1,4 +1,4 @@
-// What works in a child made by fork(): the native device. Others say that they cannot; nothing hangs.
+// Devices in a child made by fork(). The native device works, the others refuse, and nothing hangs.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -17,7 +17,7 @@
 namespace boxunion {
 namespace {
 
-/// What `work` returns in a child of this process: it ends within a minute, with an exit status.
+/// The exit status of `work` in a child of this process. The child must end within a minute.
 int in_child(const std::function<int()>& work) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -30,7 +30,7 @@ int in_child(const std::function<int()>& work) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-/// 0 if `work` throws Error(device) that tells of the fork.
+/// 0 if `work` throws Error(device) that mentions the fork.
 template <class Work>
 int is_refused(Work&& work) {
   try {
@@ -65,7 +65,7 @@ TEST_P(Fork, NativeWorksAndOtherDevicesRefuse) {
   EXPECT_EQ(in_child([&] { return is_refused([&] { measure(boxes, options); }); }), 0);
   EXPECT_EQ(in_child([&] { return is_refused([&] { open_device(GetParam()); }); }), 0);
   EXPECT_EQ(in_child([] { return list_devices().front().id == "native" ? 0 : 1; }), 0);
-  EXPECT_TRUE(measure(boxes, options) == mass);  // here it still works
+  EXPECT_TRUE(measure(boxes, options) == mass);  // it still works in the parent
 }
 
 TEST_P(Fork, ADeviceThatWasOpenedBeforeIsRefused) {

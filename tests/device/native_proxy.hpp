@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// Does what the native device does; tests change some of it.
+/// Forwards to the native device. Tests override parts of it.
 class NativeProxy : public Device {
  public:
   const DeviceInfo& info() const override { return native_->info(); }

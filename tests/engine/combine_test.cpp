@@ -1,5 +1,5 @@
-// Boolean expressions over sets of boxes, in every way to compute them: what brute force finds on voxels, and
-// the laws of sets.
+// Boolean expressions over sets of boxes, computed in every way: compared with brute force on voxels, and
+// with the laws of sets.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -20,7 +20,7 @@
 namespace boxunion {
 namespace {
 
-/// The ways that take expressions.
+/// The ways that support expressions.
 std::vector<Way> boolean_ways() {
   std::vector<Way> all = ways();
   std::erase_if(all, [](const Way& way) {
@@ -33,7 +33,7 @@ Options native() {
   return {.device = "native"};
 }
 
-/// Does an expression over these sets hold where they are?
+/// True for the sets in which an expression holds.
 Combination combination_of(const Expression& expression) {
   return [&expression](std::uint64_t sets) {
     return evaluate(expression.steps(), [sets](std::uint32_t i) { return (sets >> i & 1u) != 0; });
@@ -59,7 +59,7 @@ MassProperties brute_force_numbers(const Expression& expression, const std::vect
   return brute_force_mass(boxes, combination_of(expression));
 }
 
-/// Random boxes with few distinct coordinates, so that all degeneracies happen.
+/// Random boxes with few distinct coordinates, so that all degenerate cases occur.
 std::vector<IntegerBox> random_boxes(std::mt19937& random, std::size_t count, int range) {
   std::vector<IntegerBox> boxes(count);
   for (IntegerBox& b : boxes)
@@ -71,7 +71,7 @@ std::vector<IntegerBox> random_boxes(std::mt19937& random, std::size_t count, in
   return boxes;
 }
 
-/// The same with real coordinates: `scale` of an integer, one of which is far from the others.
+/// The same with real coordinates: `scale` times an integer. One of them is far from the others.
 std::vector<Box> real_boxes(std::mt19937& random, std::size_t count, int range) {
   std::vector<Box> boxes;
   for (const IntegerBox& b : random_boxes(random, count, range)) {
@@ -82,7 +82,7 @@ std::vector<Box> real_boxes(std::mt19937& random, std::size_t count, int range) 
   return boxes;
 }
 
-/// The sets that an expression names, in its order: A, B, ... are the first ones, or N0, N1, ...
+/// The sets that an expression names, in its order. A, B, ... or N0, N1, ... stand for the sets of `sets`.
 std::vector<BoxSet> named(const Expression& expression, const std::vector<BoxSet>& sets) {
   std::vector<BoxSet> all;
   for (const std::string& name : expression.names())
@@ -96,7 +96,7 @@ class Combine : public testing::TestWithParam<Way> {
   bool is_native() const { return options().device == "native"; }
   int cases(int natively) const { return is_native() ? natively : natively / 20; }
 
-  /// Expects what brute force finds, in vertices and in every number.
+  /// Compares the vertices, and every number, with brute force.
   void check(const std::string& text, const std::vector<BoxSet>& all, bool numbers = true) const {
     const Expression expression = Expression::parse(text);
     const std::vector<BoxSet> sets = named(expression, all);
@@ -188,7 +188,7 @@ TEST_P(Combine, ASetThatCoversEverythingIsTheUniverse) {
   }
 }
 
-/// A not B where B's holes lie so far apart that cells, and natively tiles, lie inside A without any box.
+/// A not B, with holes of B so far apart that cells, and natively tiles, lie inside A without any box.
 TEST_P(Combine, HolesFarApartLeaveTheRestFilled) {
   std::vector<IntegerBox> holes;
   for (int i = 0; i < 9; ++i)
@@ -223,13 +223,13 @@ TEST_P(Combine, NestedDifferencesGoDeep) {
   check(text + ends, sets);
 }
 
-/// Cells that hold more boxes than a kernel has room for at a time.
+/// Cells with more boxes than a kernel can hold at a time.
 TEST_P(Combine, CrowdedCellsEqualBruteForce) {
   std::mt19937 random(17);
   const std::vector<BoxSet> sets{random_boxes(random, 900, 5), random_boxes(random, 30, 5),
                                  random_boxes(random, 400, 5)};
   for (const char* text : {"A not B", "A and B and C", "B xor C xor A", "B not (A not C)"}) check(text, sets);
-  // thin boxes that leave much out
+  // thin boxes with much space between them
   std::vector<BoxSet> rods;
   for (int s = 0; s < 3; ++s) {
     std::vector<IntegerBox> boxes;
@@ -246,7 +246,7 @@ TEST_P(Combine, CrowdedCellsEqualBruteForce) {
     check(text, rods);
 }
 
-/// The laws of sets, on inputs too large for voxels: both sides have the same vertices.
+/// The laws of sets, on inputs too large for voxels. Both sides must have the same vertices.
 TEST_P(Combine, ObeysTheLawsOfSets) {
   const int n = is_native() ? 1000 : 100;
   for (const int edge : {300, 900}) {
@@ -262,7 +262,7 @@ TEST_P(Combine, ObeysTheLawsOfSets) {
         points.push_back({s.axes[0].coordinate(v.x), s.axes[1].coordinate(v.y), s.axes[2].coordinate(v.z),
                           double(v.mask)});
       std::ranges::sort(points);
-      // sums and vertices tell the same
+      // sums and vertices must agree
       MassSink sink(s.axes);
       sink.add(s.vertices);
       EXPECT_EQ(measure(e, used, options()), sink.result()) << text;
@@ -309,7 +309,7 @@ TEST_P(Combine, EqualsTheSweepOfSections) {
   }
 }
 
-/// A million copies and nested boxes: near-linear work, by the grid's own counters.
+/// A million copies and nested boxes. The work must be near-linear, by the grid's own counters.
 TEST(CombineCrowds, HiddenBoxesCostNoWork) {
   constexpr int n = 50000;
   std::vector<IntegerBox> copies(1000000, {0, 0, 0, 60000, 60000, 60000}), nested, cubes;
@@ -345,7 +345,7 @@ TEST(CombineRefuses, UnsupportedOptions) {
   EXPECT_THROW(measure(e, wrong, native()), Error);
 }
 
-/// A union of several sets is found like any other, by any method.
+/// A union of several sets is found like any other union, by every method.
 TEST(CombineUnions, AreFoundInEveryWay) {
   std::mt19937 random(23);
   const std::vector<BoxSet> sets{random_boxes(random, 9, 9), real_boxes(random, 9, 9),

@@ -1,4 +1,5 @@
-// From a file of any coordinates to mass properties: what rationals over the voxels give, rounded once.
+// From a file of arbitrary coordinates to mass properties, compared with rational arithmetic over voxels,
+// rounded once.
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

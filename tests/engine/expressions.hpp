@@ -13,7 +13,7 @@
 
 namespace boxunion {
 
-/// The value of an expression, given which operands are true.
+/// The value of an expression whose operands are true or false.
 template <class IsTrue>
 bool evaluate(std::span<const Step> steps, IsTrue&& is_true) {
   using Kind = Step::Kind;
@@ -39,7 +39,7 @@ bool evaluate(std::span<const Step> steps, IsTrue&& is_true) {
   return stack.at(0);
 }
 
-/// Most results that are on the stack at a time.
+/// Maximum number of results on the stack at a time.
 inline std::size_t stack_depth(std::span<const Step> steps) {
   std::size_t depth = 0, most = 0;
   for (const Step step : steps) {
@@ -51,7 +51,7 @@ inline std::size_t stack_depth(std::span<const Step> steps) {
   return most;
 }
 
-/// A random expression over A, B, ... of which each occurs; below(n) gives a random number less than n.
+/// A random expression over A, B, ... in which each occurs. below(n) returns a random number less than n.
 template <class Below>
 std::string random_expression(std::uint32_t operands, Below&& below) {
   std::vector<std::string> parts;

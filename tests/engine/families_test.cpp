@@ -1,4 +1,4 @@
-// Every family of boxes, small: results are those of brute force and of the other method, in every order of
+// Small boxes of every family. Results equal those of brute force and of the other method, in every order of
 // rows, and the work grows no faster than input and output.
 
 #include "tests/support/families.hpp"
@@ -37,7 +37,7 @@ std::vector<Box> doubles(const BoxSet& boxes) {
   return all;
 }
 
-/// Do two boxes have points in common (of a face, if `faces`)? Those inside do not count.
+/// True if two boxes have points in common (of a face, if `faces`). Their interiors are disjoint.
 bool touch(const OrdinalBox& a, const OrdinalBox& b, bool faces) {
   int touching = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -53,10 +53,10 @@ bool overlap(const OrdinalBox& a, const OrdinalBox& b) {
   return true;
 }
 
-/// The labels of boxes from all pairs of them.
+/// The labels of boxes, found from all pairs.
 std::vector<std::uint32_t> brute_force_labels(const std::vector<OrdinalBox>& boxes,
                                               Connectivity connectivity) {
-  std::vector<std::uint32_t> first(boxes.size());  // box of the component
+  std::vector<std::uint32_t> first(boxes.size());  // first box of the component
   std::iota(first.begin(), first.end(), 0u);
   for (std::size_t i = 0; i < boxes.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -124,7 +124,7 @@ TEST_P(Families, OrderOfRowsAndMethodChangeNoBit) {
   }
 }
 
-/// Cells and what they hold, by boxes and vertices; most where boxes lie deep over each other.
+/// Cells and their items, by boxes and vertices. They are most numerous for deep overlap.
 TEST_P(Families, WorkIsLinearInInputAndOutput) {
   for (const std::size_t size : {1500, 6000})
     for (const RowOrder order : kRowOrders) {

@@ -1,5 +1,5 @@
-// Any piece of any parallel loop may fail. The failure reaches the caller as it is; nothing crashes or hangs,
-// no file stays, and the next call gives the right result.
+// Any piece of any parallel loop may fail. The failure reaches the caller unchanged. Nothing crashes or
+// hangs, no file is left, and the next call gives the right result.
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -35,7 +35,7 @@ std::atomic<std::size_t> pieces;  // begun
 std::size_t fail_at = 0;          // the piece that fails, counted from 1; 0: none
 bool as_interrupt = false;
 
-/// While it lives, pieces are counted and one of them fails.
+/// While it exists, pieces are counted and one of them fails.
 class Fault {
  public:
   explicit Fault(std::size_t piece) {
@@ -50,7 +50,7 @@ class Fault {
   ~Fault() { detail::before_piece = nullptr; }
 };
 
-/// True if work() ends by the fault that was injected.
+/// True if work() ends with the injected fault.
 bool fails(const std::function<std::string()>& work, const std::string& right) {
   try {
     EXPECT_EQ(work(), right) << "a fault in piece " << fail_at << " passed unseen";
@@ -62,7 +62,7 @@ bool fails(const std::function<std::string()>& work, const std::string& right) {
   return false;
 }
 
-/// Lets about `most` pieces of work() fail, one in each run: the first and the last ones and some between.
+/// Makes about `most` pieces of work() fail, one in each run: the first and last ones, and some between.
 /// work() returns a summary of its result.
 void expect_every_fault_is_seen(const std::function<std::string()>& work, std::size_t most = 60) {
   std::string right;
@@ -72,7 +72,7 @@ void expect_every_fault_is_seen(const std::function<std::string()>& work, std::s
   }
   const std::size_t count = pieces;
   ASSERT_GT(count, 0u);
-  // how a loop is cut depends on which thread is free: a later run may have fewer pieces
+  // loops are cut by which threads are free, so a later run may have fewer pieces
   for (std::size_t i = 0; i < std::min(count, most); ++i) {
     const std::size_t piece = count <= most ? i + 1 : i < most / 4 ? i + 1 : 1 + i * (count - 1) / (most - 1);
     as_interrupt = i % 2 == 1;

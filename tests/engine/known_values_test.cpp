@@ -1,4 +1,4 @@
-// Numbers that are known from elsewhere, and files that must not differ by a byte.
+// Values known from other sources, and files that must be the same to the byte.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 class KnownValues : public EveryDevice {
  protected:
-  /// By cells; by slices it must be the same.
+  /// Measures by cells, and checks that slices give the same.
   MassProperties measure(const BoxSet& boxes) const {
     const MassProperties mass = boxunion::measure(boxes, {.method = Method::cells, .device = GetParam()});
     EXPECT_EQ(boxunion::measure(boxes, {.method = Method::slices, .device = GetParam()}), mass);

@@ -1,4 +1,4 @@
-// Arguments that contradict each other, or their documentation, throw Error(usage); none of them crashes.
+// Arguments that contradict each other or their documentation throw Error(usage). None of them crashes.
 
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST(Misuse, AVolumeThatDoesNotMatchItsGrid) {
       "23 voxels are to be written, expected the 24 of their grid");
   EXPECT_EQ(folder.file_count(), 0u);
   volume.inside.clear();
-  volume.grid.size = {std::size_t{1} << 32, std::size_t{1} << 32, 1};  // whose product wraps to 0
+  volume.grid.size = {std::size_t{1} << 32, std::size_t{1} << 32, 1};  // their product wraps to 0
   expect_all(volume, "a volume has 4294967296 voxels along an axis");
   volume.grid.size = {2147483647, 2147483647, 2147483647};
   expect_all(volume, "expected at most 2^60");
@@ -98,7 +98,7 @@ TEST(Misuse, VolumesWithoutVoxels) {
 }
 
 TEST(Misuse, ANewVolumeHoldsZeros) {
-  for (int round = 0; round < 3; ++round) {  // memory that was used before, too
+  for (int round = 0; round < 3; ++round) {  // also in memory that was used before
     Volume volume(VoxelGrid{.size = {100, 200, 300}});
     EXPECT_EQ(std::ranges::count(volume.inside, 0), 6'000'000);
     std::ranges::fill(volume.inside, std::uint8_t{1});
@@ -191,8 +191,7 @@ TEST(Misuse, OptionsOutOfRange) {
   EXPECT_EQ(measure(kBoxes, {.device = "native", .threads = std::numeric_limits<int>::max()}).volume, 15);
 }
 
-/// A million operands in the time of some thousand: a hundred times as many take about a hundred times as
-/// long.
+/// A million operands take about a hundred times as long as ten thousand.
 TEST(Misuse, LongExpressionsTakeLinearTime) {
   const auto repeated = [](const std::string& text, std::size_t count) {
     std::string all;

@@ -1,4 +1,4 @@
-// What may happen while a union is computed: devices that fail, callers that lose patience, memory that ends.
+// Failures while a union is computed: devices that fail, callers that interrupt, and lack of memory.
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -15,8 +15,8 @@
 namespace boxunion {
 namespace {
 
-/// Boxes on two footprints, inside each other along z: 2 * count slabs of up to 2 * count rectangles, all of
-/// which a tile merges to two. Little work in many batches, of about a million rectangles each.
+/// Boxes on two footprints, nested along z: 2 * count slabs of up to 2 * count rectangles, which a tile
+/// merges to two. Little work in many batches of about a million rectangles each.
 BoxSet nested(int count) {
   std::vector<IntegerBox> boxes;
   for (int i = 0; i < count; ++i) {
@@ -31,8 +31,7 @@ class Resilience : public EveryDevice {
  protected:
   ~Resilience() override { ::unsetenv("BOXUNION_FAIL_DEVICE"); }
 
-  /// Runs with the n-th call of one kind failing on the device: the result is the same and one warning says
-  /// so.
+  /// Makes the n-th call of one kind fail on the device. The result must be the same, with one warning.
   template <class Run>
   void expect_native_fallback(Method method, const std::vector<std::string>& calls, Run&& run) {
     Report report;
@@ -75,7 +74,7 @@ TEST_P(Resilience, CellsContinueNativelyIfTheDeviceFails) {
   });
 }
 
-/// Fails the first, second, ... call of every kind, until a run makes fewer.
+/// Makes the first, second, ... call of every kind fail, until a run makes fewer calls.
 TEST_P(Resilience, NoFallbackEndsTheRunWhateverFails) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = collect(generate_cubes(30, 10'000, kUniverse, 3));
@@ -101,7 +100,7 @@ TEST_P(Resilience, NoFallbackEndsTheRunWhateverFails) {
     }
 }
 
-/// While the device computes one batch the next one is cut: either may be lost.
+/// While the device computes one batch, the next is cut. Either may be lost.
 TEST_P(Resilience, CellsLoseNoBatchIfTheDeviceFailsLater) {
   if (GetParam() == "native") GTEST_SKIP() << "only other devices fail on demand";
   const BoxSet boxes = collect(generate_cubes(1'000'000, 30, kUniverse, 3));

@@ -11,7 +11,7 @@
 
 namespace boxunion {
 
-/// The vertices of a solid in other axes that have its coordinates.
+/// The vertices of a solid on other axes, which must have all of its coordinates.
 inline Evm evm_in(const Axes& axes, Solid solid, const AxisOrder& order) {
   for (Vertex& v : solid.vertices) {
     v.x = axes[0].ordinal(solid.axes[0].coordinate(v.x));
@@ -22,7 +22,7 @@ inline Evm evm_in(const Axes& axes, Solid solid, const AxisOrder& order) {
   return make_evm(solid, order);
 }
 
-/// An expression by sweeping sections, operation by operation.
+/// Evaluates an expression by sweeping sections, operation by operation.
 inline Evm sweep(const Expression& expression, std::span<const BoxSet> sets, const Axes& axes,
                  const AxisOrder& order) {
   std::vector<Evm> stack;

@@ -1,5 +1,5 @@
-// One list of cases for every way to compute a union: methods, devices, shapes, workgroup sizes, cell sizes.
-// All must give the vertices that brute force gives.
+// One list of cases for every way to compute a union: methods, devices, shapes, workgroup sizes and cell
+// sizes. All must find the same vertices as brute force.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -33,7 +33,7 @@ class Union : public testing::TestWithParam<Way> {
   bool is_native() const { return options().device == "native"; }
 };
 
-/// Random boxes with few distinct coordinates, so that all degeneracies happen.
+/// Random boxes with few distinct coordinates, so that all degenerate cases occur.
 std::vector<IntegerBox> degenerate_boxes(std::mt19937& random, int count, int range) {
   std::vector<IntegerBox> boxes(count);
   for (IntegerBox& b : boxes)
@@ -59,9 +59,9 @@ TEST_P(Union, OfTouchingBoxesHasNoInnerFace) {
   EXPECT_EQ(mass.edge_length, 36);
 }
 
-/// The unit cubes of an octant mask around a point, along every axis that may be swept.
+/// The unit cubes of an octant mask around a point, with every axis as the axis of the sweep.
 TEST_P(Union, OfEveryOctantMaskAlongEveryAxisIsTheTableEntry) {
-  // many masks in one run, apart from each other
+  // many masks in one run, separated from each other
   for (int rotation = 0; rotation < 3; ++rotation) {
     std::vector<IntegerBox> boxes;
     for (int mask = 0; mask < 256; ++mask)
@@ -109,7 +109,7 @@ TEST_P(Union, OfEveryOctantMaskAlongEveryAxisIsTheTableEntry) {
 }
 
 TEST_P(Union, OfEveryOccupancyOf2x2x3EqualsBruteForce) {
-  // every occupancy on the native device; elsewhere a stride, and many occupancies side by side in one run
+  // every occupancy on the native device; elsewhere only some, many side by side in one run
   if (is_native()) {
     for (std::uint32_t occupancy = 0; occupancy < 4096; ++occupancy) {
       const BoxSet set = box_set(unit_cubes(occupancy, 2, 2, 3));

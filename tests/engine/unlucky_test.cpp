@@ -1,6 +1,6 @@
-// Inputs that a uniform grid does not like. Small ones must have the vertices that brute force and slices
-// find, with every kernel and cell size; large ones must not make the grid do more than near-linear work, by
-// its own counters: time is never asserted.
+// Inputs that are bad for a uniform grid. Small ones must have the vertices that brute force and slices find,
+// with every kernel and cell size. Large ones must cause only near-linear work, by the grid's own counters;
+// time is never asserted.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kUniverse = 1 << 20;
 
-/// Integers below a bound, the same on every machine.
+/// Random integers below a bound, the same on every machine.
 class Random {
  public:
   explicit Random(std::uint32_t seed) : engine_(seed) {}
@@ -34,7 +34,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// A box of these edges inside [0, kUniverse]^3.
+/// A box with these edges inside [0, kUniverse]^3.
 IntegerBox place(Random& random, const std::array<int, 3>& edge) {
   IntegerBox box;
   for (int a = 0; a < 3; ++a) {
@@ -52,12 +52,12 @@ BoxSet each(int n, MakeBox&& make_box) {
   return boxes;
 }
 
-/// The edge whose cubes have this many neighbors each if n of them lie in `universe`^3.
+/// The edge of cubes that have `density` neighbors each, if n of them lie in `universe`^3.
 int edge_for(int n, double density, int universe = kUniverse) {
   return std::max(1, int(universe * std::cbrt(density / n)));
 }
 
-/// A thousandth of the universe holds nearly all boxes.
+/// Nearly all boxes lie in a thousandth of the universe.
 BoxSet clustered(int n) {
   const int cluster = kUniverse / 1000, edge = edge_for(n, 0.3, cluster);
   return each(n, [=](Random& random, int i) {
@@ -71,7 +71,7 @@ BoxSet clustered(int n) {
   });
 }
 
-/// Edges from 1e-4 to 1 of the universe; of a size so many that all together fill the universe about once.
+/// Edges from 1e-4 to 1 of the universe. The boxes of each size together fill the universe about once.
 BoxSet mixed_sizes(int n) {
   return each(n, [=](Random& random, int) {
     const double size = std::max(1e-4, std::cbrt(1 / (1 + n * random.real())));
@@ -90,7 +90,7 @@ BoxSet on_one_plane(int n) {
   });
 }
 
-/// Rods of the universe's length along `axis`, or in turn along each; each crosses a few others.
+/// Rods as long as the universe along `axis`, or along each axis in turn. Each crosses a few others.
 BoxSet rods(int n, int axis) {
   const int width = std::max(1, kUniverse / n);
   const int side = std::max(1, int(kUniverse / std::sqrt(n)));
@@ -153,7 +153,7 @@ BoxSet random_doubles(int n) {
     return box;
   });
 }
-/// All of the range of int32.
+/// The whole range of int32.
 BoxSet huge_range(int n) {
   return each(n, [=](Random& random, int i) {
     IntegerBox box;
@@ -167,7 +167,7 @@ BoxSet huge_range(int n) {
     return box;
   });
 }
-/// Faces on, just before and just behind the borders that a grid of powers of two has.
+/// Faces on, just before and just after the borders of a grid of powers of two.
 BoxSet powers_of_two(int n) {
   return each(n, [=](Random& random, int) {
     IntegerBox box;
@@ -198,7 +198,7 @@ const Unlucky kUnlucky[] = {
     {"rods_along_x", [](int n) { return rods(n, 0); }, 2},
     {"rods_along_y", [](int n) { return rods(n, 1); }, 2},
     {"rods_along_z", [](int n) { return rods(n, 2); }, 2},
-    // no way to cut space apart does better (Paterson and Yao, 1992)
+    // no way to divide space does better (Paterson and Yao, 1992)
     {"rods_along_all", [](int n) { return rods(n, 3); }, 0.1, 1.5},
     {"plates", plates, 2},
     {"copies", copies, 2},
@@ -251,7 +251,7 @@ TEST_P(UnluckyInput, CostsNearLinearWork) {
     const double work = double(report.cells.cells + report.cells.items);
     const double bound = unlucky.work * std::pow(n, unlucky.exponent) * std::log2(n);
     EXPECT_LE(work, bound) << n << " boxes, " << mass.vertices << " vertices";
-    // a run that goes by vertices says the same as the sums that a run on a lattice may take
+    // a run on vertices must agree with the sums that a run on a lattice may use
     EXPECT_EQ(measure(set, {.kernel = CellKernel::faces, .device = "native", .statistics = true}), mass);
   }
 }
@@ -259,7 +259,7 @@ TEST_P(UnluckyInput, CostsNearLinearWork) {
 INSTANTIATE_TEST_SUITE_P(Inputs, UnluckyInput, testing::ValuesIn(kUnlucky),
                          [](const testing::TestParamInfo<Unlucky>& info) { return info.param.name; });
 
-/// What is known of unions that many boxes hide in.
+/// Known values of unions in which many boxes are hidden.
 TEST(UnluckyUnion, OfManyHiddenBoxesIsTheOuterBox) {
   constexpr int n = 50000;
   const auto check = [](const BoxSet& set, double edge_sum, double volume) {
@@ -273,8 +273,8 @@ TEST(UnluckyUnion, OfManyHiddenBoxesIsTheOuterBox) {
   check(concentric(n), 24.0 * n, 8 * std::pow(n, 3));
 }
 
-/// Few boxes of an operand touch far more tiles than those of all operands on average; that is no fault of
-/// the plan.
+/// The few boxes of one operand touch far more tiles than the average over all operands. The plan is right
+/// nevertheless.
 TEST(UnluckyInput, OperandsOfUnlikeBoxesShareAPlan) {
   const BoxSet cubes = collect(generate_cubes(200'000, 20, 1 << 15, 3));
   std::vector<IntegerBox> plates;
@@ -286,11 +286,11 @@ TEST(UnluckyInput, OperandsOfUnlikeBoxesShareAPlan) {
   EXPECT_EQ(volume("A and B") + volume("A not B"), measure(cubes, {.device = "native"}).volume);
 }
 
-/// A few boxes that a small sample does not see would be in every tile: the tiles are planned again.
+/// A few boxes that a small sample misses would be in every tile, so the tiles are planned again.
 TEST(UnluckyInput, TilesArePlannedAgainWhereASampleMissesTheLongBoxes) {
   const std::vector<IntegerBox> cubes = collect(generate_cubes(400'000, 20, 1 << 15, 3));
   std::vector<IntegerBox> boxes = cubes;
-  constexpr std::uint64_t kStep = 5;  // long boxes where the first sample does not look
+  constexpr std::uint64_t kStep = 5;  // long boxes at positions that the first sample skips
   std::vector<bool> seen(boxes.size());
   Sample(boxes.size(), TileGrid::kSample).each([&](std::uint64_t i) { seen[i] = true; });
   for (std::size_t i = 0; i < boxes.size(); i += kStep)

@@ -50,12 +50,12 @@ int root(std::size_t value, int degree) {
   return root(double(value), degree);
 }
 
-/// How many groups of `boxes` boxes; at least one.
+/// The number of groups of `boxes` boxes, at least one.
 int groups(std::size_t size, std::size_t boxes) {
   return int(std::max(size / boxes, std::size_t{1}));
 }
 
-/// A box of one length and thickness 1 along `axis`, with those ends on the two other axes.
+/// A box of thickness 1 along `axis`, with the given ends on the two other axes.
 IntegerBox plate(std::size_t axis, int at, const std::array<int, 2>& lo, const std::array<int, 2>& hi) {
   IntegerBox box;
   box[axis] = at, box[axis + 3] = at + 1;
@@ -64,7 +64,7 @@ IntegerBox plate(std::size_t axis, int at, const std::array<int, 2>& lo, const s
   return box;
 }
 
-/// `count` boxes, each made by f(i).
+/// `count` boxes. f(i) makes box i.
 template <class F>
 BoxSet make(std::size_t count, F f) {
   Boxes boxes(std::max(count, std::size_t{1}));
@@ -72,7 +72,7 @@ BoxSet make(std::size_t count, F f) {
   return boxes;
 }
 
-/// A box of these edges at a random place in [0, range]^3.
+/// A box with these edges at a random place in [0, range]^3.
 IntegerBox place(Random& random, int range, const std::array<int, 3>& edge) {
   IntegerBox box;
   for (std::size_t a = 0; a < 3; ++a) {

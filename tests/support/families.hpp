@@ -5,18 +5,17 @@
 
 #include "core/boxes/box.hpp"
 
-// Families of boxes that are ordinary to look at and hard on some part of the work: many tiles, deep overlap,
-// long and thin boxes, many equal or many distinct coordinates. Tests, the soak and bench/families share
-// them.
+// Families of boxes that look ordinary but are hard on some part of the work: many tiles, deep overlap, long
+// and thin boxes, many equal or many distinct coordinates. Tests, the soak and bench/families share them.
 
 namespace boxunion {
 
-/// A rule that makes boxes of any number. The boxes are the same on every machine.
+/// A rule that makes any number of boxes, the same on every machine.
 struct Family {
   const char* name;
-  const char* what;  ///< one line about the boxes
-  /// About `size` boxes; of a family whose union has far more vertices than boxes, boxes of about `size`
-  /// vertices.
+  const char* what;  ///< a line that describes the boxes
+  /// Makes about `size` boxes. If the union of a family has far more vertices than boxes, it makes boxes with
+  /// about `size` vertices.
   BoxSet (*make)(std::size_t size);
 };
 

@@ -29,7 +29,7 @@ rc::Gen<std::vector<BoxOf<T>>> boxes_from(rc::Gen<T> coordinate, std::size_t dis
   const auto pool = rc::gen::mapcat(rc::gen::inRange<std::size_t>(1, distinct + 1), [=](std::size_t count) {
     return rc::gen::container<std::vector<T>>(count, coordinate);
   });
-  // RapidCheck's sizes grow with the cases; here every case may use the whole range.
+  // RapidCheck's sizes grow from case to case; here every case may use the whole range.
   return rc::gen::resize(rc::kNominalSize, rc::gen::mapcat(pool, boxes_of_pool));
 }
 
@@ -38,7 +38,7 @@ inline rc::Gen<double> small_integer() {
   return rc::gen::map(rc::gen::inRange(-4, 5), [](int i) { return double(i); });
 }
 
-/// Coordinates of every size and sign that a double can hold, from the least subnormal on.
+/// Coordinates of every size and sign that a double can hold, including subnormal ones.
 inline rc::Gen<double> nasty_coordinate() {
   return rc::gen::element(0.0, -0.0, 5e-324, -5e-324, 1e-310, 2.2250738585072014e-308, 1e-300, -1e-300,
                           3e-100, 0.1, -0.3, 1.0, 1 / 3., 1.0000000000000002, 1e15 + 0.1, -1e15 - 0.3,
@@ -46,12 +46,12 @@ inline rc::Gen<double> nasty_coordinate() {
                           -1.7976931348623157e308);
 }
 
-/// Coordinates such as files have: decimal fractions of moderate size.
+/// Coordinates as in files: decimal fractions of moderate size.
 inline rc::Gen<double> decimal() {
   return rc::gen::map(rc::gen::inRange(-2000, 2000), [](int i) { return i * 0.005; });
 }
 
-/// A unit cube for every bit of the occupancy of an nx x ny x nz grid, x first.
+/// A unit cube for every set bit of the occupancy of an nx x ny x nz grid, x first.
 inline std::vector<IntegerBox> unit_cubes(std::uint64_t occupancy, int nx, int ny, int nz) {
   std::vector<IntegerBox> boxes;
   for (int z = 0, i = 0; z < nz; ++z)

@@ -9,7 +9,7 @@
 namespace boxunion {
 namespace {
 
-/// The boxes of several sets, and which set each belongs to.
+/// The boxes of several sets, and the set of each box.
 template <class Box>
 struct Flat {
   explicit Flat(std::span<const std::vector<Box>> sets) {
@@ -24,14 +24,14 @@ struct Flat {
 };
 
 /// The grid through the faces of all boxes, and which of its voxels lie in the combination. Voxel i of an
-/// axis lies between coordinates i and i + 1; voxels outside the grid are empty.
+/// axis lies between coordinates i and i + 1. Voxels outside the grid are empty.
 template <class T>
 class Grid {
  public:
   using Index = std::array<std::ptrdiff_t, 3>;
   std::array<std::vector<T>, 3> coordinates;
 
-  /// The coordinates of box i are corner(i, axis) and corner(i, axis + 3); bit[i] tells its set.
+  /// The coordinates of box i are corner(i, axis) and corner(i, axis + 3). bit[i] is the bit of its set.
   template <class Corner>
   Grid(const std::vector<std::uint64_t>& bit, const Combination& combination, Corner&& corner) {
     const std::size_t boxes = bit.size();
@@ -64,7 +64,7 @@ class Grid {
     return filled_[offset(voxel)];
   }
 
-  /// Calls f(index) for every grid point; a point is also the low corner of the voxel of its index.
+  /// Calls f(index) for every grid point. A point is also the low corner of the voxel with the same index.
   template <class F>
   void each_point(F&& f) const {
     for (std::ptrdiff_t z = 0; z < points(2); ++z)
@@ -157,7 +157,8 @@ MassProperties brute_force_mass(std::span<const std::vector<Box>> sets, const Co
       if (b_inside && c_inside && grid.filled(i) != grid.filled(step_back(i, a)))
         area += (hi(i, b) - lo(i, b)) * (hi(i, c) - lo(i, c));
       if (i[a] + 1 >= grid.points(a)) continue;
-      // The four voxels round the grid edge from here along a: an edge unless constant along b or c.
+      // The four voxels around the grid edge that runs along a from here. It is an edge unless they are
+      // constant along b or c.
       const bool q00 = grid.filled(step_back(step_back(i, b), c)), q10 = grid.filled(step_back(i, c));
       const bool q01 = grid.filled(step_back(i, b)), q11 = grid.filled(i);
       if ((q00 != q10 || q01 != q11) && (q00 != q01 || q10 != q11)) length += hi(i, a) - lo(i, a);
@@ -218,13 +219,13 @@ double round_to_nearest(const mpq_class& value) {
       mpq_div_2exp(result.get_mpq_t(), magnitude.get_mpq_t(), static_cast<mp_bitcnt_t>(exponent));
     return result;
   };
-  // The exponent of the last digit: 53 digits, or what the subnormals leave of them.
+  // The exponent of the last digit: 53 digits, or fewer for subnormals.
   int exponent =
       int(mpz_sizeinbase(value.get_num_mpz_t(), 2)) - int(mpz_sizeinbase(value.get_den_mpz_t(), 2)) - 54;
   while (scaled(exponent) >= mpq_class(0x1p53)) ++exponent;
   exponent = std::max(exponent, -1074);
   const mpq_class digits = scaled(exponent);
-  mpz_class rounded = digits.get_num() / digits.get_den();  // downwards
+  mpz_class rounded = digits.get_num() / digits.get_den();  // rounded down
   const int above_half = cmp(mpq_class(digits - rounded), mpq_class(1, 2));
   if (above_half > 0 || (above_half == 0 && mpz_odd_p(rounded.get_mpz_t()))) rounded += 1;
   return std::copysign(std::ldexp(rounded.get_d(), exponent), sgn(value));

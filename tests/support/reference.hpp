@@ -13,12 +13,12 @@
 #include "core/solid/mass.hpp"
 #include "core/solid/vertex.hpp"
 
-// What the library must agree with: slow, plain, and independent of its formulas. Good for a few dozen
-// distinct coordinates an axis.
+// References for the library: slow, simple, and independent of its formulas. Good for a few dozen distinct
+// coordinates on each axis.
 
 namespace boxunion {
 
-/// Is a point filled that lies in these sets (bit i: in set i)?
+/// True if a point that lies in these sets is filled. Bit i stands for set i.
 using Combination = std::function<bool(std::uint64_t sets)>;
 
 /// The vertices of the union, sorted: the octant mask of every point of the grid through all box faces.
@@ -27,8 +27,8 @@ Array<Vertex> brute_force_vertices(std::span<const OrdinalBox> boxes);
 Array<Vertex> brute_force_vertices(std::span<const std::vector<OrdinalBox>> sets,
                                    const Combination& combination);
 
-/// The mass properties of the union from the voxels, voxel faces and voxel edges of the grid through all box
-/// faces, in rational numbers, each rounded once.
+/// The mass properties of the union, from the voxels, voxel faces and voxel edges of the grid through all box
+/// faces. Computed in rational numbers, and each rounded once.
 MassProperties brute_force_mass(std::span<const Box> boxes);
 /// The same for a combination of at most 64 sets.
 MassProperties brute_force_mass(std::span<const std::vector<Box>> sets, const Combination& combination);

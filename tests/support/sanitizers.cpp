@@ -1,14 +1,14 @@
-// What the sanitizers must not blame on us. Linked into everything that is sanitized.
+// What the sanitizers must ignore. Linked into everything that is sanitized.
 //
-// Drivers keep memory until the process ends, some in modules that are unloaded before leaks are looked for,
-// so that no suppression can name them: leaks are looked for only where ASAN_OPTIONS asks for it, which the
-// tests without drivers do. lib3mf, with which tests read models back, leaks some of what libzip allocates. A
-// thread that is just beginning when the process ends is asked for its stack by oneTBB and by the sanitizer
-// itself, and what the C library allocates for that counts as leaked. Nothing is printed of what is
-// suppressed: tests compare what the command prints.
+// Drivers keep memory until the process ends. Some of it belongs to modules that are unloaded before leaks
+// are looked for, so no suppression can name it. Leaks are therefore looked for only if ASAN_OPTIONS asks for
+// it, as the tests without drivers do. lib3mf, with which tests read models back, leaks some memory that
+// libzip allocates. If a thread is just starting when the process ends, oneTBB and the sanitizer itself ask
+// for its stack, and the memory that the C library allocates for that counts as leaked. Suppressions print
+// nothing, because tests compare the output of the command.
 //
-// oneTBB, of which the command and the tests still use arenas, and the drivers (PoCL, lavapipe) were not
-// built with the thread sanitizer and synchronise in ways that it cannot see.
+// oneTBB, whose arenas the command and the tests still use, and the drivers (PoCL, lavapipe) were not built
+// with the thread sanitizer. They synchronise in ways that it cannot see.
 
 extern "C" {
 const char* __asan_default_options();

@@ -17,7 +17,7 @@
 
 namespace boxunion {
 
-/// Numbers as a file has them, in the other byte order if `swapped`.
+/// Numbers as bytes of a file, in the other byte order if `swapped`.
 template <class T>
 std::string bytes(const std::vector<T>& values, bool swapped = false) {
   std::string all;
@@ -29,7 +29,7 @@ std::string bytes(const std::vector<T>& values, bool swapped = false) {
   return all;
 }
 
-/// A folder for the files of a test, removed with all that is in it.
+/// A folder for the files of a test. The destructor removes it with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -51,7 +51,7 @@ class TemporaryFolder {
     std::ifstream stream(file(name), std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
   }
-  /// Has its file system files without a name?
+  /// True if its file system supports nameless files.
   bool has_nameless_files() const {
     const int file = ::open(path_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
     return file >= 0 && ::close(file) == 0;

@@ -1,5 +1,5 @@
-// Drivers are first used by eight threads at once, in many fresh processes: the tests of devices wake the
-// drivers before they begin.
+// Eight threads use a driver for the first time at once, in many fresh processes. The other tests of devices
+// start the drivers before they begin.
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -22,8 +22,8 @@ using namespace boxunion;
 
 constexpr int kRounds = 50, kThreads = 8;
 
-/// Measures two boxes on a device by all threads at once, of which some list the devices first; the exit
-/// status.
+/// Measures two boxes on a device by all threads at once. Some of them list the devices first. Returns the
+/// exit status.
 int use_at_once(const std::string& device) {
   const BoxSet boxes(std::vector<Box>{{0, 0, 0, 2, 2, 2}, {1, 1, 1, 3, 3, 3}});
   std::atomic<int> failed = 0;
@@ -46,7 +46,7 @@ int use_at_once(const std::string& device) {
   return failed;
 }
 
-/// Runs this program for a device; whether it did well.
+/// Runs this program for a device. Returns true if it succeeds.
 bool succeeds(std::string device) {
   std::string name = "boxunion_first_use";
   char* const arguments[] = {name.data(), device.data(), nullptr};
