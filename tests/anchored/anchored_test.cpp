@@ -1,4 +1,4 @@
-// Boxes that share a corner: the sweep gives what cells give, to the last bit.
+// Boxes that share a corner: the sweep gives the same results as cells, to the last bit.
 
 #include "core/anchored/anchored.hpp"
 
@@ -36,7 +36,7 @@ bool same_axes(const Axes& a, const Axes& b) {
   return true;
 }
 
-/// The sweep is chosen and gives what cells give.
+/// Checks that the sweep is chosen and gives the same results as cells.
 void expect_same(const BoxSet& boxes) {
   Report report;
   const MassProperties mass = measure(boxes, kSwept, &report);
@@ -51,7 +51,7 @@ void expect_same(const BoxSet& boxes) {
   ASSERT_EQ(sink.result(), mass);
 }
 
-/// Boxes that reach `reaches` from the corner `at`, on each axis upwards or downwards by `corner`.
+/// Boxes with reaches `reaches` from the corner `at`. `corner` says on which axes they reach downwards.
 std::vector<Box> boxes_at(const std::array<double, 3>& at, const CommonCorner& corner,
                           std::span<const std::array<double, 3>> reaches) {
   std::vector<Box> boxes;
@@ -92,7 +92,7 @@ TEST(Anchored, EveryPairOfSmallBoxesAtEveryCorner) {
     }
 }
 
-/// All sets of boxes with low corners on a small grid: every antichain, and much that others dominate.
+/// All sets of boxes with low corners on a small grid: every antichain, and many sets with dominated boxes.
 TEST(Anchored, EverySetOfCornersOfASmallGrid) {
   for (unsigned set = 1; set < 256; ++set)
     for (const unsigned bits : {0u, 3u, 6u, 7u}) {
@@ -128,7 +128,7 @@ TEST(Anchored, RandomSetsWithTiesAgreeWithCellsAndBruteForce) {
   }
 }
 
-/// A front of points on the simplex, as far as rounding lets it be one.
+/// A front of points on the simplex, except for rounding.
 std::vector<Box> front(std::size_t count, std::uint64_t seed, double least = 0) {
   std::mt19937_64 random(seed);
   std::exponential_distribution<double> exponential;
@@ -150,7 +150,7 @@ TEST(Anchored, FrontsOfDoubles) {
   }
 }
 
-/// Numbers of every width that the sums tell apart, and numbers that no sum of integers holds.
+/// Numbers of every width that the sums distinguish, and numbers that no integer sum can hold.
 TEST(Anchored, CoordinatesOfManyMagnitudes) {
   std::mt19937_64 random(7);
   for (const int magnitudes : {1, 8, 11, 12, 25, 28, 40, 60, 72, 74, 75, 76, 100, 900}) {
@@ -187,7 +187,7 @@ TEST(Anchored, CoordinatesAtTheLimitsOfDouble) {
 
 TEST(Anchored, PartsOfTheSweepAddUpToTheWhole) {
   std::vector<Box> boxes = front(6000, 3);
-  for (Box& box : boxes) box[2] = std::round(box[2] * 50) / 50;  // parts end between planes
+  for (Box& box : boxes) box[2] = std::round(box[2] * 50) / 50;  // parts of the sweep end between planes
   const MassProperties mass = measure(boxes, kCells);
   const Solid solid = unite(boxes, kCells);
   for (const int threads : {1, 2, 3, 7}) {
@@ -229,7 +229,7 @@ TEST(Anchored, OnlyBoxesThatShareACornerAreSwept) {
     EXPECT_EQ(find_common_corner(others), std::nullopt);
     EXPECT_EQ(method(others), "cells");
   }
-  // a corner may be low on one axis and high on another one
+  // the corner may be low on one axis and high on another
   EXPECT_EQ(find_common_corner(std::vector<Box>{{0, 0, 0, 1, 2, 3}, {0, 1, 0, 5, 2, 9}}),
             (CommonCorner{false, true, false}));
 }
@@ -267,7 +267,7 @@ std::size_t columns_of(std::vector<AnchoredBox> reaches) {
   return visitor[0].columns;
 }
 
-/// A box makes up to two columns, and up to one for a corner that it hides.
+/// A box makes up to two columns, and up to one more for each corner that it hides.
 TEST(Anchored, TheWorkIsLinearInTheBoxes) {
   std::mt19937_64 random(3);
   const std::uint64_t n = 20'000;

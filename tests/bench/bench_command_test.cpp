@@ -1,4 +1,4 @@
-// `boxunion bench` and the tuning file, as a user meets them.
+// `boxunion bench` and the tuning file, as users see them.
 
 #include <gtest/gtest.h>
 
@@ -157,7 +157,7 @@ TEST_F(BenchCommand, TunesADeviceAndUsesWhatItFound) {
     EXPECT_NE(r.out.find("tuning file: new/tuning.json"), std::string::npos) << r.out;
     EXPECT_EQ(launch().at("tuned"), true);
 
-    // whatever proved best: the file decides
+    // whichever launch was best, the file decides
     nlohmann::json file = read_json("new/tuning.json");
     nlohmann::json& entry = file.at("devices").back().at("kernels").at("contour");
     EXPECT_EQ(entry.at("workgroup"), launch().at("workgroup"));

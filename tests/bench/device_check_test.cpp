@@ -1,4 +1,4 @@
-// The self-test of devices: right ones pass, and one that fails or gives wrong results does not.
+// The self-test of devices: correct devices pass; a device that fails or gives wrong results does not.
 
 #include "host/bench/device_check.hpp"
 
@@ -42,7 +42,7 @@ TEST(DeviceCheck, OneWrongBitOfAResultIsNoticedInEveryKernel) {
   } wrong;
   for (const KernelCheck& check : check_kernels(wrong)) {
     EXPECT_NE(check.failure, "") << check.kernel;
-    if (check.kernel == "contour") continue;  // its stage finds such a result impossible by itself
+    if (check.kernel == "contour") continue;  // its stage already rejects such a result
     EXPECT_EQ(check.failure, "wrong result: it differs from the native device's") << check.kernel;
   }
 }

@@ -1,4 +1,4 @@
-// Benchmarks of the kernels: that cases are checked, that what fails is skipped, and what is made of times.
+// Benchmarks of the kernels: cases are checked, failures are skipped, and times are evaluated correctly.
 // Speed itself is not tested.
 
 #include "host/bench/kernel_bench.hpp"
@@ -44,7 +44,7 @@ TEST_P(KernelBench, RunsEveryKernelAndDensity) {
   for (const BenchCase& c : results.cases) {
     SCOPED_TRACE(c.name());
     names.push_back(c.name());
-    if (c.error.find("ran natively") != c.error.npos) continue;  // llvmpipe cuts long loops short
+    if (c.error.find("ran natively") != c.error.npos) continue;  // llvmpipe ends long loops early
     EXPECT_EQ(c.error, "");
     ASSERT_EQ(c.runs.size(), 2u);
     EXPECT_GT(c.cells, 0u);
@@ -70,7 +70,7 @@ TEST_P(KernelBench, SkipsWhatFails) {
                                    .densities = {Density::middle},
                                    .sizes = {64},
                                    .repetitions = 1};
-  ::setenv("BOXUNION_FAIL_DEVICE", "load:2", 1);  // after the copy kernel; then the device is opened afresh
+  ::setenv("BOXUNION_FAIL_DEVICE", "load:2", 1);  // after the copy kernel; then the device is opened again
   BenchResults results = run_kernel_bench(options, kNobody);
   ASSERT_EQ(results.cases.size(), 2u);
   EXPECT_NE(results.cases[0].error.find("injected failure of load"), std::string::npos);
@@ -107,7 +107,7 @@ TEST(KernelBenchOptions, WrongNamesAreErrors) {
   EXPECT_THROW(run_kernel_bench({.devices = {"magic:7"}}, kNobody), Error);
 }
 
-/// The native device, but for one bit of every result.
+/// The native device with one wrong bit in every result.
 class WrongDevice final : public NativeProxy {
  public:
   void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
@@ -120,7 +120,7 @@ class WrongDevice final : public NativeProxy {
 
 TEST(BenchProblem, WrongResultsAreNoticed) {
   for (const std::string_view kernel : benchmark_kernels()) {
-    if (kernel == "contour") continue;  // its stage finds such a result impossible by itself
+    if (kernel == "contour") continue;  // its stage already rejects such a result
     SCOPED_TRACE(kernel);
     const auto problem = make_problem(std::string(kernel), Density::middle, 64);
     WrongDevice device;

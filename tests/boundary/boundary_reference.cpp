@@ -15,7 +15,7 @@ Index moved(Index i, int axis, int by) {
   return i;
 }
 
-/// Things with a name of any type, joined into sets.
+/// A partition of elements of any type, which can be joined into sets.
 template <class Name>
 class Sets {
  public:
@@ -136,8 +136,9 @@ BoundaryCounts Voxels::count() const {
   counts.faces = euler.size();
   for (const auto& [face, number] : euler) counts.holes += std::size_t(1 - number);
 
-  // Edges: the four voxels round a unit edge in cyclic order; squares that bound the same run of filled ones
-  // are of one shell. Unit edges are joined where the voxels on both sides of the point between are alike.
+  // Edges: take the four voxels around a unit edge in cyclic order. Squares that bound the same run of filled
+  // voxels belong to one shell. Unit edges are joined if the voxels on both sides of the point between them
+  // are the same.
   Sets<Segment> edges;
   std::map<Segment, std::array<bool, 4>> kinds;
   each([&](const Index& at) {

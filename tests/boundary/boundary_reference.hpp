@@ -8,12 +8,11 @@
 
 #include "core/boxes/box.hpp"
 
-// What the B-rep must agree with: voxels, unit squares and unit edges joined one by one. Good for small
-// integers.
+// References for the B-rep: voxels, unit squares and unit edges, joined one by one. Good for small integers.
 
 namespace boxunion {
 
-/// How many of everything a boundary has.
+/// Counts of a boundary.
 struct BoundaryCounts {
   std::size_t edges = 0, nonmanifold_edges = 0, faces = 0, holes = 0, shells = 0, bodies = 0;
   friend bool operator==(const BoundaryCounts&, const BoundaryCounts&) = default;
@@ -26,9 +25,9 @@ class Voxels {
   using Index = std::array<int, 3>;
   explicit Voxels(std::span<const IntegerBox> boxes);
 
-  /// Is the voxel from `low` to `low` + 1 filled?
+  /// True if the voxel from `low` to `low` + 1 is filled.
   bool filled(const Index& low) const;
-  /// The body (component of voxels that share sides) of a filled voxel, from 0 on.
+  /// The body (component of voxels that share sides) of a filled voxel, counted from 0.
   int body(const Index& low) const { return bodies_[offset(low)]; }
 
   BoundaryCounts count() const;

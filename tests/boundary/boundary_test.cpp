@@ -1,4 +1,4 @@
-// The B-rep and its triangles, against voxels and the laws of closed surfaces.
+// The B-rep and its triangles, compared with voxels and the laws of closed surfaces.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -47,7 +47,7 @@ BoundaryCounts counts_of(const Solid& solid, const Brep& brep) {
 
 using Step = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Expects that every step along a loop or triangle is matched by its opposite; returns how often each comes.
+/// Checks that every step along a loop or triangle has its opposite. Returns how often each step occurs.
 std::map<Step, int> matched_steps(const std::vector<std::vector<std::uint32_t>>& loops) {
   std::map<Step, int> steps;
   for (const auto& loop : loops)
@@ -73,7 +73,7 @@ std::vector<std::vector<std::uint32_t>> loops_of(std::span<const Triangle> trian
   return loops;
 }
 
-/// Expects that the faces round every point form one ring.
+/// Checks that the faces around every point form one ring.
 void expect_one_fan_at_every_point(const std::vector<std::vector<std::uint32_t>>& loops) {
   std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>>
       after;  // by point: the step in, the step out
@@ -93,7 +93,8 @@ void expect_one_fan_at_every_point(const std::vector<std::vector<std::uint32_t>>
   }
 }
 
-/// Twice the signed area that a loop encloses in its plane, seen from outside; exact for small halves.
+/// Twice the signed area that a loop encloses in its plane, seen from outside. Exact for small multiples of a
+/// half.
 double doubled_area(std::span<const Point> points, std::span<const std::uint32_t> loop, unsigned direction) {
   const unsigned u = (direction / 2 + 1) % 3, v = (direction / 2 + 2) % 3;
   double sum = 0;
@@ -104,7 +105,7 @@ double doubled_area(std::span<const Point> points, std::span<const std::uint32_t
   return direction % 2 ? -sum : sum;
 }
 
-/// Six times the volume between triangles and the origin.
+/// Six times the volume enclosed by triangles.
 double six_volumes(std::span<const Point> points, std::span<const Triangle> triangles) {
   double sum = 0;
   for (const Triangle& t : triangles) {
@@ -120,7 +121,7 @@ Array<Triangle> sorted(Array<Triangle> triangles) {
   return triangles;
 }
 
-/// What must hold for the boundary of any solid with small integer coordinates.
+/// The laws of the boundary of any solid with small integer coordinates.
 void expect_laws(const Solid& solid, const Brep& brep, const MassProperties& mass) {
   const Faces& faces = brep.faces;
   const Triangulation triangulation = triangulate(brep.points, faces);
@@ -161,7 +162,7 @@ void expect_laws(const Solid& solid, const Brep& brep, const MassProperties& mas
   }
   EXPECT_EQ(outer, brep.shells.bodies);
 
-  // Loops run along the edges, triangles round them.
+  // Loops run along the edges, triangles around them.
   const auto steps = matched_steps(loops_of(faces));
   std::set<Step> edges;
   for (const Edge& edge : brep.edges) edges.insert({edge[0], edge[1]});
@@ -178,15 +179,15 @@ void expect_laws(const Solid& solid, const Brep& brep, const MassProperties& mas
   const long euler =
       long(brep.points.size()) - long(brep.edges.size()) + long(faces.size()) - long(faces.holes());
   EXPECT_EQ(euler % 2, 0);
-  EXPECT_LE(euler, 2 * long(brep.shells.size()));  // a genus of at least 0
+  EXPECT_LE(euler, 2 * long(brep.shells.size()));  // the genus is at least 0
   (void)solid;
 }
 
-/// Bodies as numbered by the B-rep and by the voxels are the same.
+/// Checks that the B-rep and the voxels agree on the bodies.
 void expect_bodies_of(const Voxels& voxels, const Brep& brep) {
   std::map<std::uint32_t, int> names;
   for (std::size_t f = 0; f < brep.faces.size(); ++f) {
-    // The first point of a face has it right above.
+    // The face lies right above its first point.
     const Point& p = brep.points[brep.faces.loop(brep.faces.first_loop[f])[0]];
     Voxels::Index voxel = {int(p[0]), int(p[1]), int(p[2])};
     if (brep.faces.direction[f] % 2 == 0) --voxel[brep.faces.direction[f] / 2];
@@ -247,7 +248,7 @@ TEST(Boundary, OfRandomVoxelsEqualsBruteForce) {
   }
 }
 
-/// The six walls, two thick, of a box.
+/// The six walls of a box, two thick.
 void add_hollow_box(std::vector<IntegerBox>& boxes, const std::array<int, 3>& at, int size) {
   for (std::size_t a = 0; a < 3; ++a)
     for (const int side : {0, size - 2}) {
@@ -321,7 +322,7 @@ void expect_counts(const BoxSet& boxes, const BoundaryCounts& expected) {
 }
 
 TEST(Boundary, OfKnownSolids) {
-  // A genus of 1409, as 7912 - 16920 + 7326 - 1134 = 2 - 2 * 1409.
+  // The genus is 1409: 7912 - 16920 + 7326 - 1134 = 2 - 2 * 1409.
   expect_counts(collect(generate_sponge(3)), {16920, 0, 7326, 1134, 1, 1});
   expect_counts(collect(generate_checkerboard(20)), {26340, 21660, 24000, 0, 4000, 4000});
 }
@@ -332,7 +333,7 @@ TEST(Boundary, OfStandardCells) {
   expect_counts(read_boxes(path), {176540, 0, 66517, 897, 3432, 3432});
 }
 
-/// Sums in rational numbers, of the mesh's doubles.
+/// Sums in rational numbers over the doubles of a mesh.
 MassProperties mass_of(const Mesh& mesh) {
   mpq_class six_volumes, doubled_area;
   for (const Triangle& t : mesh.triangles) {
@@ -393,8 +394,8 @@ TEST(Orientation, IsExactForAllDoubles) {
 }
 
 TEST(Boundary, AnEdgeWithoutRoomForAMidpointCannotBeSplit) {
-  // Class 00000110 with six filled octants, one step of a double high: both copies of its edge join the same
-  // fans.
+  // Class 00000110 with six filled octants, one step of a double high. Both copies of its edge would join the
+  // same fans.
   const double next = std::nextafter(1.0, 2.0);
   std::vector<Box> boxes;
   for (const auto& [x, y] : {std::pair{0, 0}, {1, 1}})

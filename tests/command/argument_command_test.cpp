@@ -22,7 +22,7 @@ class ArgumentCommand : public Command {
   ArgumentCommand() { folder_.write("a.csv", "0,0,0,1,1,1\n"); }
 };
 
-/// Every option that takes a whole number, after what it needs to be given, and its least and most.
+/// Every option that takes a whole number, with the arguments that it needs, its minimum and its maximum.
 const std::vector<std::pair<std::string, std::string>> kWholeNumbers = {
     {"generate cubes -o out.npy --edge 1 --count", "0 to 2^64 - 1"},
     {"generate cubes -o out.npy --count 1 --edge", "0 to 2147483647"},
@@ -139,7 +139,7 @@ bool is_printable(const std::string& text) {
 }
 
 TEST_F(ArgumentCommand, NamesOfAnyBytesAreShownSafely) {
-  // colours, a line of its own, a title that is rung, half a character, a C1 control, a character, a quote
+  // colors, a new line, a bell, half a character, a C1 control, a character, a quote
   const std::string name = "a\x1b[31m\nb\t\x07\x7f\xc3(\xc2\x9b\xe2\x82\xac\xed\xa0\x80'\"'\"'\"\\.csv";
   const std::string file = "a\x1b[31m\nb\t\x07\x7f\xc3(\xc2\x9b\xe2\x82\xac\xed\xa0\x80'\"\\.csv";
   const std::string shown = "a\\x1b[31m\\nb\\t\\x07\\x7f\\xc3(\\xc2\\x9b\xe2\x82\xac\\xed\\xa0\\x80'\"\\.csv";
@@ -151,7 +151,7 @@ TEST_F(ArgumentCommand, NamesOfAnyBytesAreShownSafely) {
   EXPECT_TRUE(std::filesystem::exists(folder_.file(file)));
 
   const nlohmann::json result =
-      json("decompose a.csv --json -o '" + name + "'");  // throws at bytes that are no UTF-8
+      json("decompose a.csv --json -o '" + name + "'");  // json throws for bytes that are not UTF-8
   EXPECT_EQ(
       result.at("output"),
       "a\x1b[31m\nb\t\x07\x7f\xef\xbf\xbd(\xc2\x9b\xe2\x82\xac\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd'\"\\.csv");

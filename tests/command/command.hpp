@@ -19,21 +19,21 @@ struct Outcome {
   std::string out, err;
 };
 
-/// The folder of the tests, where the command is too.
+/// The folder of the tests, which also holds the command.
 inline std::string program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
-/// Seconds after which a run of some million boxes has begun and not ended.
+/// Seconds after which a run of some million boxes has begun but not ended.
 inline std::vector<std::string> interrupt_times() {
-  if (sanitized()) return {"0.7", "1.4"};  // such a command takes long to start
+  if (sanitized()) return {"0.7", "1.4"};  // sanitized commands start slowly
   return {"0.1", "0.2"};
 }
 
-/// Runs the built command as a user would who has no tuning file.
+/// Runs the built command like a user without a tuning file.
 class Command : public testing::Test {
  protected:
-  /// Runs `boxunion ARGUMENTS` in the test's folder; the shell reads the arguments.
+  /// Runs `boxunion ARGUMENTS` in the folder of the test. The shell parses the arguments.
   Outcome run(const std::string& arguments) { return shell("boxunion " + arguments); }
 
   Outcome shell(const std::string& line) {
@@ -50,7 +50,7 @@ class Command : public testing::Test {
     return run;
   }
 
-  /// Expects a run to fail with one line on stderr and nothing on stdout.
+  /// Expects that a run fails with one line on stderr and nothing on stdout.
   void expect_error(const std::string& arguments, int status, const std::string& message) {
     const Outcome r = run(arguments);
     EXPECT_EQ(r.status, status) << arguments;

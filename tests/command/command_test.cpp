@@ -214,7 +214,7 @@ TEST_F(Command, MeasurePrintsStatistics) {
 TEST_F(Command, OutOfMemoryExitsWith5AndSaysHowMuchWasNeeded) {
   if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
   ASSERT_EQ(run("generate cubes --count 5000000 --edge 30 -o big.npy --quiet").status, 0);
-  // the first limit is too low for the file's 120 MB, the second one for the boxes beside it
+  // the first limit is too low for the file of 120 MB, the second for the boxes beside it
   for (const auto& [kilobytes, what] :
        {std::pair{"115000", "big.npy needs 120000000"}, {"200000", "sorting the boxes into tiles needs "}}) {
     const Outcome r =
@@ -347,11 +347,11 @@ TEST_F(Command, BoundaryInFloatsIsSplitAndWarnsIfItRounds) {
   expect_error("boundary b.csv -o b.stl", 3, "b.stl: no float holds the coordinate 1e+39");
   expect_error("boundary a.csv -o a.ply --nonmanifold drop", 2, "--nonmanifold: drop not in {keep,split}");
   EXPECT_EQ(folder_.file_count(), 3u);
-  EXPECT_EQ(run("boundary b.csv -o b.3mf").err, "");  // as text it has no such limits
+  EXPECT_EQ(run("boundary b.csv -o b.3mf").err, "");  // text has no such limits
 }
 
 TEST_F(Command, DecomposeWritesBoxesThatItReadsAgain) {
-  // a plus sign of height 1: the arms along the first axis are cut off, or those along the second
+  // a plus sign of height 1: the arms along the first or the second axis are cut off
   folder_.write("plus.csv", "1,0,0,2,3,1\n0,1,0,3,2,1\n");
   nlohmann::json result = json("decompose plus.csv --json -o xyz.csv --connectivity 6");
   EXPECT_EQ(result.at("model"), "cudb");
@@ -375,7 +375,7 @@ TEST_F(Command, DecomposeWritesBoxesThatItReadsAgain) {
   EXPECT_EQ(result.at("vertices"), 24);
   EXPECT_EQ(result.at("bytes"), 24 * 12);
   EXPECT_TRUE(folder_.read("evm.csv").starts_with("x,y,z\n0,1,0\n0,1,1\n0,2,0\n"));
-  // two boxes of different height beside each other, and one along both: cut everywhere, but merged again
+  // two boxes of different heights side by side, and one along both: cut everywhere, but merged again
   folder_.write("steps.csv", "0,0,0,1,1,1\n1,0,0,2,1,2\n0,5,0,2,6,1\n");
   EXPECT_EQ(json("decompose steps.csv --json --model oudb").at("boxes"), 4);
   EXPECT_EQ(json("decompose steps.csv --json --model cudb").at("boxes"), 3);
@@ -427,7 +427,7 @@ TEST_F(Command, ADeviceThatFailsMidwayCostsAWarning) {
 
 TEST_F(Command, SlabsAreStreamedNotHeld) {
   if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
-  // 4000 boxes inside each other: 16 million rectangles in 8000 slabs, 256 MB if held at once
+  // 4000 nested boxes: 16 million rectangles in 8000 slabs, 256 MB if held at once
   std::string boxes;
   for (int i = 0; i < 4000; ++i)
     boxes += "0,0," + std::to_string(i) + ",1,1," + std::to_string(8000 - i) + "\n";
@@ -472,7 +472,7 @@ TEST_F(Command, WrongUsageOfVolumesExitsWith2) {
 }
 
 TEST_F(Command, LabelWritesTheComponentsOfAVolume) {
-  // two voxels that share an edge, and one apart, of 3 x 2 x 1 voxels of uint8
+  // two voxels that share an edge, and one apart; 3 x 2 x 1 voxels of uint8
   const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (1, 2, 3), }\n";
   folder_.write("v.npy", "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header + "\0\7\0\7\0\7"s);
   const auto counts = [&](const std::string& arguments) {
@@ -500,7 +500,7 @@ TEST_F(Command, LabelWritesTheComponentsOfAVolume) {
 
 TEST_F(Command, VolumesAreStreamedNotHeld) {
   if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any limit";
-  // 512 MiB of voxels as a file with holes, measured within 400 MB
+  // 512 MiB of voxels in a sparse file, measured within 400 MB
   const std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (512, 1024, 1024), }\n";
   const std::string start = "\x93NUMPY\1\0"s + char(header.size()) + '\0' + header;
   folder_.write("big.npy", start + "\1");

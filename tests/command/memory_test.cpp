@@ -1,4 +1,4 @@
-// The process keeps to --memory whatever it is given: its peak, as the system counted it, is within the
+// The process keeps to --memory, whatever the input: its peak, as reported by the system, stays within the
 // budget, or it ends with an error that says why.
 
 #include <zlib.h>
@@ -25,7 +25,7 @@ namespace {
 using namespace scene;
 using namespace std::string_literals;
 
-constexpr std::uint64_t kLarge = 600'000'000;  // bytes of what a hostile file has or claims
+constexpr std::uint64_t kLarge = 600'000'000;  // bytes that a hostile file has or claims
 
 /// A NPY file of version 2 with a header of `length` bytes.
 std::string npy_start(std::uint32_t length) {
@@ -36,7 +36,7 @@ std::string npy(const std::string& descr, const std::string& shape) {
   return npy_start(std::uint32_t(header.size())) + header;
 }
 
-/// So many zeros, compressed by gzip.
+/// `count` zeros, compressed by gzip.
 std::string gzip_zeros(std::uint64_t count) {
   z_stream zlib{};
   ::deflateInit2(&zlib, 1, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY);
@@ -56,7 +56,7 @@ std::string gzip_zeros(std::uint64_t count) {
   return all;
 }
 
-/// A TIFF file of one page, its voxels one strip at byte 1000, its description at the same place.
+/// A TIFF file of one page. Its voxels are one strip at byte 1000, and its description is at the same place.
 std::string tiff(std::uint32_t width, std::uint32_t height, std::uint32_t description_bytes) {
   struct Tag {
     std::uint16_t id, type;
@@ -74,7 +74,7 @@ std::string tiff(std::uint32_t width, std::uint32_t height, std::uint32_t descri
   return file + bytes<std::uint32_t>({0});
 }
 
-/// Every other voxel of a cube of `edge`, at so many places of a scene.
+/// Every other voxel of a cube of edge `edge`, at `times` places of a scene.
 std::string checkerboards(std::uint8_t edge, std::uint32_t times) {
   std::vector<std::array<std::uint8_t, 4>> voxels;
   for (std::uint8_t z = 0; z < edge; ++z)
@@ -97,7 +97,7 @@ class MemoryBudget : public Command {
     if (sanitized()) GTEST_SKIP() << "sanitizers reserve more than any budget";
   }
 
-  /// Runs a command and expects that it keeps to the budget and says in one line what is wrong, if it does.
+  /// Runs a command. Expects that it keeps to the budget and, if it fails, says why in one line.
   Outcome run_within(const std::string& command, unsigned mebibytes) {
     const std::string arguments =
         command + " --quiet --device native --memory " + std::to_string(mebibytes) + "M";
@@ -114,7 +114,7 @@ class MemoryBudget : public Command {
     return r;
   }
 
-  /// A file that begins with `start` and goes on with zeros, which take no disk.
+  /// Writes a file that begins with `start` and continues with zeros, which take no disk space.
   void write_sparse(const std::string& name, const std::string& start, std::uint64_t size) {
     std::filesystem::resize_file(folder_.write(name, start), size);
   }
@@ -122,8 +122,8 @@ class MemoryBudget : public Command {
 
 struct Hostile {
   std::string name, start;
-  std::uint64_t size;   ///< 0: that of the start
-  std::string message;  ///< part of it
+  std::uint64_t size;   ///< 0: the size of the start
+  std::string message;  ///< a part of the message
 };
 
 std::vector<Hostile> hostile_files() {
@@ -170,7 +170,7 @@ TEST_F(MemoryBudget, HostileFilesAreErrorsOfLittleMemory) {
   }
 }
 
-/// Files that are right, and expand to or have more than the budget.
+/// Valid files that have, or expand to, more than the budget.
 TEST_F(MemoryBudget, LargeFilesFitOrSayHowMuchTheyNeed) {
   const std::string nrrd = "NRRD0004\ntype: uchar\ndimension: 3\nencoding: gzip\nsizes: ";
   folder_.write("slice.nrrd", nrrd + "600000000 1 1\n\n" + gzip_zeros(kLarge));
@@ -263,7 +263,7 @@ TEST_F(ReaderInterrupts, EndReadingScenesAndCompressedVoxels) {
   folder_.write("scene.vox", checkerboards(60, 30'000));
   expect_interrupt("label scene.vox");
   expect_interrupt("measure scene.vox --memory 256M --scratch .");
-  std::string zeros;  // of ten gigabytes
+  std::string zeros;  // ten gigabytes of zeros, compressed
   for (const std::string member = gzip_zeros(100'000'000); zeros.size() < 100 * member.size();)
     zeros += member;
   folder_.write("slices.nrrd",

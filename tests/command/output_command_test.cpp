@@ -1,4 +1,5 @@
-// What a run leaves: output files, whole or not at all, however it ends and whatever its streams are.
+// The files that a run leaves: output files, whole or not at all, however the run ends and whatever its
+// streams are.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ class OutputCommand : public Command {
     folder_.write("b.csv", "0,0,0,1,1,9\n");
   }
 
-  /// Every way to write files: the arguments, without those that name files that begin with "out".
+  /// Every way to write files: the arguments without the options that name files beginning with "out".
   const std::vector<std::string> writers_ = {
       "generate cubes --count 3 --edge 2 -o out.csv",
       "generate porous --size 4 --volume -o out.npy",
@@ -51,7 +52,7 @@ class OutputCommand : public Command {
     return ::stat(folder_.file(name).c_str(), &status) == 0 ? status.st_mode & 07777 : 0;
   }
 
-  /// May whoever runs the tests do what only root may?
+  /// True if the tests run with the rights of root.
   static bool is_root() { return ::geteuid() == 0; }
 };
 
@@ -85,7 +86,7 @@ TEST_F(OutputCommand, AClosedPipeIsAnErrorOfWriting) {
 }
 
 TEST_F(OutputCommand, NoFileTakesThePlaceOfAClosedStream) {
-  // a set that the expression does not name costs a warning
+  // a set that the expression does not name causes a warning
   const std::string combine = "combine A A=a.csv B=b.csv -o ";
   EXPECT_EQ(run(combine + "open.csv").err,
             "boxunion: warning: B is given, but the expression does not name it\n");
@@ -145,7 +146,7 @@ TEST_F(OutputCommand, SignalsThatWereIgnoredStayIgnored) {
 }
 
 TEST_F(OutputCommand, AnInterruptEndsARunThatWaitsForAReader) {
-  nlohmann::json entries = nlohmann::json::array();  // names that no pipe holds
+  nlohmann::json entries = nlohmann::json::array();  // names that fill more than a pipe
   for (int i = 0; i < 10'000; ++i)
     entries.push_back({{"name", "name of a case " + std::to_string(i)}, {"real_time", 1}});
   folder_.write("many.json", nlohmann::json{{"benchmarks", entries}}.dump());
@@ -159,7 +160,7 @@ TEST_F(OutputCommand, AnInterruptEndsARunThatWaitsForAReader) {
 TEST_F(OutputCommand, PermissionsAreThoseOfTheFileThatIsReplaced) {
   for (const std::string umask : {"077", "022", "002"})
     for (const std::string permissions : {"600", "640", "664", "666", "755", "400"}) {
-      if (permissions == "400" && !is_root()) continue;  // nobody else may replace it
+      if (permissions == "400" && !is_root()) continue;  // only root may replace it
       SCOPED_TRACE(umask + " " + permissions);
       const Outcome r =
           shell("umask " + umask + "; echo old >out.csv; chmod " + permissions +
@@ -178,7 +179,7 @@ TEST_F(OutputCommand, OwnersAreThoseOfTheFileThatIsReplaced) {
   EXPECT_EQ(run("decompose a.csv -o out.csv").status, 0);
   EXPECT_EQ(shell("stat -c '%u %g %a' out.csv").out, "1234 4321 660\n");
 
-  // who may not keep the group gives it no more than everybody has
+  // a user who may not keep the group gives it no more than everybody has
   ASSERT_EQ(::chmod(folder_.path().c_str(), 0777), 0);
   ASSERT_EQ(::chmod(folder_.file("out.csv").c_str(), 0666), 0);
   const std::string nobody = "setpriv --reuid 65534 --regid 65534 --clear-groups ";
@@ -188,7 +189,7 @@ TEST_F(OutputCommand, OwnersAreThoseOfTheFileThatIsReplaced) {
   EXPECT_EQ(shell(nobody + "boxunion decompose a.csv -o out.csv --quiet").status, 0);
   EXPECT_EQ(shell("stat -c '%u %g %a' out.csv").out, "65534 65534 644\n");
 
-  // in a folder like /tmp nobody replaces a file of others, and knows so at once
+  // in a folder like /tmp, nobody may replace files of others; the command says so at once
   ASSERT_EQ(::chmod(folder_.path().c_str(), 01777), 0);
   ASSERT_EQ(::chmod(folder_.file("b.csv").c_str(), 0666), 0);
   const Outcome r = shell(nobody + "boxunion decompose none.csv -o b.csv");

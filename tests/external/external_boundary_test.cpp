@@ -1,4 +1,4 @@
-// Boundaries of solids that do not fit memory: the same files and counts as from memory.
+// Boundaries of solids that do not fit memory have the same files and counts as those from memory.
 
 #include "host/external/external_boundary.hpp"
 
@@ -28,7 +28,7 @@ ExternalBoundary write_within(const BoxSet& boxes, NonManifold contacts, bool tr
                         report);
 }
 
-/// Those of external_inputs and touching boxes on no lattice.
+/// The inputs of external_inputs, and touching boxes that lie on no lattice.
 std::vector<Input> inputs() {
   std::vector<Input> all = external_inputs();
   std::mt19937_64 random(std::random_device{}());
@@ -68,7 +68,7 @@ TEST(ExternalBoundary, IsTheSameToTheByteInEveryFormat) {
                      open_output(path, nullptr, kBoundaryFormats));
         else
           write_vertices(solid, open_output(path));
-        // planes of some thousand vertices at a time, if that is not less than one plane has
+        // planes of some thousand vertices at a time, unless one plane has more
         const bool deep = input.name == "wide" || input.name == "large" || input.name == "degenerate";
         const bool flat = input.name == "one plane" || input.name == "checkerboard";
         const Budget budget{std::uint64_t{flat ? 1024u : 101u} << 20, scratch.path(),

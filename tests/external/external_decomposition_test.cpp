@@ -1,4 +1,4 @@
-// Models of solids that do not fit memory: the same files as from memory, to the byte.
+// Models of solids that do not fit memory have the same files as those from memory, to the byte.
 
 #include "host/external/external_decomposition.hpp"
 
@@ -47,7 +47,7 @@ struct Wanted {
   std::optional<Connectivity> connectivity;
 };
 
-/// The model by way of memory: its file, order and number of elements.
+/// Makes the model in memory. Returns its order and number of elements.
 ExternalModel write_from_memory(const BoxSet& boxes, const Wanted& wanted, const std::string& path) {
   const Solid solid = unite(boxes, {.device = "native"});
   const auto write = [&](const Evm& evm) -> ExternalModel {
@@ -87,7 +87,7 @@ TEST(ExternalDecomposition, IsTheSameToTheByteForEveryModelAndOrder) {
     if (sanitized() && random() % 3 != 0) continue;  // takes a minute
     for (const std::optional<BoxModel> model :
          {std::optional<BoxModel>(), std::optional(BoxModel::oudb), std::optional(BoxModel::cudb)}) {
-      // a slice of the OUDB has all of the section's lines
+      // a slice of the OUDB has all lines of the section
       if (model == BoxModel::oudb && (input.name == "wide" || input.name == "doubles")) continue;
       const bool deep = input.name == "wide" || input.name == "large" || input.name == "degenerate";
       std::vector<std::optional<AxisOrder>> orders = {kAxisOrders[random() % 6]};

@@ -11,13 +11,13 @@
 
 namespace boxunion {
 
-/// Boxes to be united in slabs.
+/// Boxes that are united in slabs.
 struct Input {
   std::string name;
   BoxSet boxes;
 };
 
-/// Random boxes of all kinds; the seed is printed.
+/// Random boxes of all kinds. The seed is printed.
 inline std::vector<Input> external_inputs() {
   const std::uint64_t seed = std::random_device{}();
   std::cout << "seed " << seed << '\n';

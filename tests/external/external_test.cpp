@@ -1,4 +1,4 @@
-// More boxes than memory: whatever fits, the result is the same to the last bit, and nothing is left behind.
+// More boxes than memory. The result is the same to the last bit for any budget, and nothing is left behind.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ std::vector<PlacedVertex> placed(const Solid& solid) {
 }
 
 struct External : EveryDevice {
-  /// Compares both results of slabs of at most `most` boxes with those in memory.
+  /// Compares both results of slabs of at most `most` boxes with those from memory.
   static void expect_same(const Input& input, const Options& options, std::uint64_t most) try {
     SCOPED_TRACE(input.name + ", slabs of " + std::to_string(most));
     const BoxesInMemory file(input.boxes);
@@ -72,20 +72,19 @@ TEST_P(External, IsTheSameToTheLastBitInSlabsOfAnySize) {
       // a device is opened for every slab
       if (!native && (method == Method::slices || input.name != "doubles")) continue;
       std::vector<std::uint64_t> sizes = {native ? 1000u : 2000u, 1'000'000};
-      // deep down cuts copy more boxes than they separate, and it says so: another test
+      // at great depth, cuts copy more boxes than they separate, which is an error; another test covers that
       if (native && method == Method::cells && (input.name == "sparse" || input.name == "doubles"))
         sizes.push_back(60);
       if (input.name == "clustered") sizes = {1500, 1'000'000};
       for (const std::uint64_t most : sizes) {
         if (most < 1'000'000 && (input.name == "wide" || input.name == "large" || input.name == "degenerate"))
-          continue;  // hardly any cut separates these
+          continue;  // almost no cut separates these
         expect_same(input, {.method = method, .device = GetParam()}, most);
       }
     }
 }
 
-// The integrals over slabs add up, and the sums over all vertices do, but not some of the one and some of the
-// other.
+// The integrals over slabs add up, and so do the sums over all vertices, but a mixture of both does not.
 TEST(ExternalMass, SlabsOfFewBoxesAreSummedInOneWay) {
   const TemporaryFolder scratch;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -127,7 +126,7 @@ TEST(ExternalCuts, GoAsFarAsTheyHelp) {
   External::expect_same({"large", large}, {.device = "native"}, 100);
 }
 
-/// What the engine says, or "".
+/// The message of the engine's error, or "".
 std::string error_of(const BoxSet& boxes, const Budget& budget, ErrorKind kind) try {
   const BoxesInMemory file(boxes);
   Report report;
@@ -161,7 +160,7 @@ TEST(ExternalErrors, TheFirstInvalidBoxWins) {
             "row 150001: ymin is 0 and ymax is -1, expected ymin <= ymax");
 }
 
-/// Boxes that share a corner cannot be cut apart, and take little memory whole.
+/// Boxes that share a corner cannot be separated by cuts, but need little memory in one piece.
 TEST(ExternalUnion, SweepsBoxesWithACommonCorner) {
   std::mt19937_64 random(9);
   std::vector<Box> general;
@@ -227,7 +226,7 @@ TEST(Cuts, GiveEverySlabItsShare) {
   }
   const auto cuts = choose_cuts(boxes, 0.1, 64);
   ASSERT_TRUE(cuts);
-  EXPECT_NE(cuts->axis, 1);  // on which all are alike
+  EXPECT_NE(cuts->axis, 1);  // all boxes are equal on this axis
   EXPECT_LE(cuts->largest, 0.1);
   EXPECT_LT(cuts->copies, 1.1);
   EXPECT_TRUE(std::ranges::is_sorted(cuts->at));
@@ -242,7 +241,7 @@ TEST(Cuts, GiveEverySlabItsShare) {
   EXPECT_FALSE(choose_cuts(std::vector<Box>(100, Box{0, 0, 0, 1, 1, 1}), 0.1, 64));
 }
 
-/// Without what differs from run to run.
+/// The results without the parts that differ between runs.
 nlohmann::json results(nlohmann::json json) {
   for (const char* key : {"seconds", "slabs"}) json.erase(key);
   return json;
@@ -264,7 +263,7 @@ TEST_F(Command, AMemoryBudgetIsKeptAndChangesNoResult) {
     return found;
   };
   EXPECT_EQ(statistics(" --memory 102M"), statistics(""));
-  // 200 000 KB for boxes that take 240 MB as doubles, and more than that as vertices
+  // 200 000 KB for boxes that take 240 MB as doubles, and more as vertices
   run("generate boxes --count 200000 --max-edge 60 -o b.csv --quiet");
   run("boundary b.csv -o expected.npy --device native");
   for (const std::string out : {"v.npy", "v.csv"}) {

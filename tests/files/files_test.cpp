@@ -29,7 +29,7 @@ bool is_integer(const BoxSet& boxes) {
   return boxes.visit([]<class T>(const std::vector<BoxOf<T>>&) { return std::is_integral_v<T>; });
 }
 
-/// The message of reading a file, less the folder it lies in; empty if it can be read.
+/// The message of reading a file, without its folder. Empty if the file can be read.
 std::string read_error(const TemporaryFolder& folder, const std::string& name) {
   try {
     read_boxes(folder.file(name));
@@ -132,7 +132,7 @@ TEST_F(Csv, ALineWithoutEndIsAnError) {
             "a.csv:2: the line is longer than 8388608 bytes, expected six numbers");
 }
 
-/// An NPY file of the given header fields.
+/// An NPY file with the given header fields.
 std::string npy(const std::string& descr, const std::string& shape, const std::string& data,
                 const std::string& fortran_order = "False", int version = 1) {
   std::string header =

@@ -1,4 +1,4 @@
-// Meshes as files: tiny readers of our own bring back what was written.
+// Meshes as files. Tiny readers of our own read back what was written.
 
 #include <gtest/gtest.h>
 
@@ -134,7 +134,7 @@ TEST_F(MeshFile, BringsBackEveryPointAndTriangle) {
 }
 
 TEST_F(MeshFile, ObjHasThePolygonsOfFacesWithoutHoles) {
-  // A tray: its top is a ring, cut into triangles, and each of the other ten faces is a rectangle.
+  // A tray. Its top is a ring, cut into triangles; each of the other ten faces is a rectangle.
   const BoxSet tray(std::vector<Box>{
       {0, 0, 0, 3, 3, 1}, {0, 0, 1, 1, 3, 2}, {2, 0, 1, 3, 3, 2}, {0, 0, 1, 3, 1, 2}, {0, 2, 1, 3, 3, 2}});
   const Boundary b = boundary(tray, NonManifold::keep);

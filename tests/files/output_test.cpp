@@ -1,5 +1,5 @@
-// What the system must give for output files, and what happens where it does not. files_test.cpp has the
-// rest.
+// Output files on file systems with and without nameless files and access control lists. files_test.cpp has
+// the rest.
 
 #include "host/files/output.hpp"
 
@@ -33,7 +33,7 @@ void write_file(const std::string& path, std::string_view text) {
   file.commit();
 }
 
-/// From now on this process finds no file system that has files without a name. Returns false if that fails.
+/// From now on, this process sees no file system with nameless files. Returns false if that fails.
 bool forbid_nameless_files() {
   constexpr std::uint32_t kNameless = O_TMPFILE & ~O_DIRECTORY;
   sock_filter filter[] = {
@@ -51,7 +51,7 @@ bool forbid_nameless_files() {
 
 constexpr int kNotForbidden = 77;
 
-/// Runs `f` in a process of its own, without nameless files; returns how that ended, as waitpid gives it.
+/// Runs `f` in its own process, without nameless files. Returns the status of waitpid.
 int run_without_nameless_files(const std::function<void()>& f) {
   const ::pid_t child = ::fork();
   if (child == 0) {
@@ -111,7 +111,7 @@ TEST_F(NamedOutput, IsNoMoreReadableThanTheOldFile) {
     ::raise(SIGKILL);
   });
   EXPECT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(folder_.file_count(), 2u);  // what this system leaves, unlike one with nameless files
+  EXPECT_EQ(folder_.file_count(), 2u);  // left over here, unlike on systems with nameless files
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
     if (entry.path().filename() != "a.csv") {
       EXPECT_TRUE(entry.path().filename().string().ends_with(".partial"));
@@ -152,13 +152,13 @@ TEST(OutputFile, KeepsTheAccessControlListOfTheFileThatItReplaces) {
   constexpr const char* kAccess = "system.posix_acl_access";
   if (::setxattr(path.c_str(), kAccess, list.data(), list.size(), 0) != 0)
     GTEST_SKIP() << "a file system without access control lists";
-  EXPECT_EQ(mode_of(path), 0660u);  // the mask stands in for the group
+  EXPECT_EQ(mode_of(path), 0660u);  // the mask stands for the group
   write_file(path, "new");
   EXPECT_EQ(folder.read("a.csv"), "new");
   EXPECT_EQ(list_of(path, kAccess), list);
   EXPECT_EQ(mode_of(path), 0660u);
 
-  // a folder whose new files have that list gives it to no file that replaces one without
+  // a folder whose new files get that list does not give it to a file that replaces one without
   ASSERT_EQ(::removexattr(path.c_str(), kAccess), 0);
   ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
   ASSERT_EQ(::setxattr(folder.path().c_str(), "system.posix_acl_default", list.data(), list.size(), 0), 0);
@@ -193,7 +193,7 @@ TEST(OutputFile, LandsInTheFolderThatWasOpened) {
   OutputFile file(folder.file("a.csv"));
   file.write("text");
   std::filesystem::rename(folder.path(), folder.path() + ".moved");
-  file.commit();  // into the folder that it was opened in, whatever that is called now
+  file.commit();  // into the folder in which it was opened, whatever its name is now
   std::filesystem::rename(folder.path() + ".moved", folder.path());
   EXPECT_EQ(folder.read("b.csv"), "text");
   EXPECT_TRUE(std::filesystem::is_symlink(folder.file("a.csv")));

@@ -1,4 +1,4 @@
-// 3MF and the archive that it is, read back by a reader of our own and by lib3mf.
+// 3MF and its archive, read back by a reader of our own and by lib3mf.
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -76,7 +76,7 @@ struct Mesh {
   std::vector<Triangle> triangles;
 };
 
-/// The three numbers of a line of attributes.
+/// The three numbers in a line of attributes.
 template <class T>
 std::array<T, 3> attributes(const std::string& line) {
   std::array<T, 3> numbers{};
@@ -165,7 +165,7 @@ Handle<T> created(Create create) {
   return Handle<T>(object);
 }
 
-/// What lib3mf reads where it takes nothing amiss.
+/// Reads a file with lib3mf and expects no warning.
 Mesh read_with_lib3mf(const std::string& path) {
   const auto model = created<NMR::PLib3MFModel>([](auto** p) { return NMR::lib3mf_createmodel(p); });
   const auto reader = created<NMR::PLib3MFModelReader>(
@@ -250,7 +250,7 @@ TEST(Zip, DoesNotDependOnTheSizesOfWrites) {
   std::mt19937_64 random(seed);
   constexpr std::size_t kBatch = std::size_t{1} << 22;
   std::string text(3 * kBatch, ' ');
-  for (std::size_t i = 0; i < kBatch; ++i) text[i] = char(random());  // what does not deflate
+  for (std::size_t i = 0; i < kBatch; ++i) text[i] = char(random());  // random bytes do not deflate
   for (std::size_t i = kBatch; i < text.size(); ++i) text[i] = "0123456789 \n"[random() % 12];
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, kBatch, 2 * kBatch + 77, 3 * kBatch}) {
     const std::string content = text.substr(0, size);

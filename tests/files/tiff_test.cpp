@@ -20,7 +20,7 @@
 namespace boxunion {
 namespace {
 
-/// How a page is written.
+/// How to write a page.
 struct Page {
   std::uint16_t format = SAMPLEFORMAT_UINT, compression = COMPRESSION_NONE, samples = 1;
   std::uint32_t tile = 0;  ///< edge of a tile, 0 for strips
@@ -30,7 +30,7 @@ struct Page {
 
 class TiffStack : public testing::Test {
  protected:
-  /// Writes slices of T: the volume's voxels, those inside as 3, the others as 0.
+  /// Writes the voxels of a volume as slices of T: 3 for inside, 0 for outside.
   template <class T>
   std::string write(const Volume& volume, const Page& page, const char* mode = "w") {
     const auto [nx, ny, nz] = volume.grid.size;
@@ -182,7 +182,7 @@ TEST_F(TiffStack, AHeaderThatClaimsMoreThanTheFileHoldsAllocatesNothing) {
     }
 }
 
-/// 2^19 tiles of 2^45 bytes: their product does not fit 64 bits.
+/// 2^19 tiles of 2^45 bytes, whose product does not fit 64 bits.
 TEST_F(TiffStack, TilesOfMoreBytesThanCanBeCountedAllocateNothing) {
   const std::vector<std::array<std::uint32_t, 3>> fields = {
       {TIFFTAG_IMAGEWIDTH, TIFF_LONG, 1},
@@ -215,7 +215,8 @@ TEST_F(TiffStack, TilesOfMoreBytesThanCanBeCountedAllocateNothing) {
 TEST_F(TiffStack, AScanOfFibres) {
   const std::string path = BOXUNION_DATA "/100_fiberform.tif";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "there is no " << path << "; see BOXUNION_DATA";
-  // Voxels, faces between voxels inside and outside, and components of scipy.ndimage.label.
+  // The numbers of voxels, of faces between voxels inside and outside, and of components by
+  // scipy.ndimage.label.
   const VolumeOptions options{.threshold = 90};
   const MassProperties mass = measure(read_boxes(path, nullptr, options), {.device = "native"});
   EXPECT_EQ(mass.volume, 167140);

@@ -28,7 +28,7 @@ namespace {
 using namespace std::string_literals;
 using namespace scene;
 
-/// Compressed by zlib, in its own format or gzip's.
+/// A text compressed by zlib, in its own format or that of gzip.
 std::string deflated(const std::string& plain, bool gzip) {
   z_stream zlib{};
   ::deflateInit2(&zlib, 6, Z_DEFLATED, gzip ? 31 : 15, 8, Z_DEFAULT_STRATEGY);
@@ -54,7 +54,7 @@ class VolumeFile : public testing::Test {
     is_integer_ = set.visit([]<class T>(const std::vector<BoxOf<T>>&) { return std::is_integral_v<T>; });
     return boxes;
   }
-  /// The message of reading a file, less the folder, by read_boxes and by read_volume.
+  /// The message of reading a file, without its folder, by read_boxes and by read_volume.
   std::string error(const std::string& name, const std::string& content, const VolumeOptions& options = {}) {
     const std::string path = folder_.write(name, content);
     const auto message = [&](auto read) {
@@ -78,7 +78,7 @@ class VolumeFile : public testing::Test {
   bool is_integer_ = false;
 };
 
-/// 3 x 2 x 2 voxels of values 0 .. 11, and what of them is inside.
+/// 3 x 2 x 2 voxels with values 0 .. 11, and which of them are inside.
 template <class T>
 std::vector<T> twelve() {
   std::vector<T> values;
@@ -241,7 +241,7 @@ TEST_F(VolumeFile, NrrdLiesWhereItsFieldsSay) {
   EXPECT_EQ(corner("spacings: 0.5 2 3\naxis mins: 10 20 30\ncenters: cell node cell\n"),
             (Box{10.5, 19, 30, 11, 21, 33}));
   EXPECT_EQ(corner("spacings: nan nan nan\n"), (Box{1, 0, 0, 2, 1, 1}));
-  // space directions: the origin is the centre of the first voxel
+  // with space directions, the origin is the centre of the first voxel
   const std::string space = "space dimension: 3\nspace origin: (10, 20, 30)\nspace directions: ";
   EXPECT_EQ(corner(space + "(2,0,0) (0,3,0) (0,0,4)\n"), (Box{11, 18.5, 28, 13, 21.5, 32}));
   EXPECT_EQ(corner(space + "(-2, 0, 0) (0, 3, 0) (0, 0, 4)\n"), (Box{7, 18.5, 28, 9, 21.5, 32}));
@@ -325,7 +325,7 @@ TEST_F(VolumeFile, BrokenCompressionIsNamed) {
 constexpr const char* kMeta =
     "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 3 2 2\nElementType = MET_UCHAR\n";
 
-/// Boxes of a MetaImage, whose first voxel has its centre, not its corner, at the origin.
+/// The boxes of a MetaImage, in which the centre of the first voxel, not its corner, is at the origin.
 std::vector<Box> shifted(std::vector<Box> boxes) {
   for (Box& box : boxes)
     for (double& c : box) c -= 0.5;
@@ -425,8 +425,8 @@ TEST_F(VolumeFile, VoxModelsWithoutAGraphLieAtTheirOwnCoordinates) {
 }
 
 TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
-  // A bar turned from +x to +y (rows (0,-1,0), (1,0,0), (0,0,1)) about its middle x = 2, then moved; a cube
-  // twice.
+  // A bar turned from +x to +y (rows (0,-1,0), (1,0,0), (0,0,1)) about its middle x = 2, then moved; and a
+  // cube twice.
   const std::string quarter_turn = std::to_string(1 | 0 << 2 | 1 << 4);
   const std::string scene =
       vox_file(kBar + kCube + transform(0, 1, {}) + group(1, {2, 4, 6}) +
@@ -436,7 +436,7 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
       read("a.vox", scene),
       (std::vector<Box>{
           {9, 18, 30, 10, 20, 31}, {9, 21, 30, 10, 22, 31}, {-4, 0, 6, -3, 1, 7}, {1, 0, -1, 2, 1, 0}}));
-  // Rotations compose: the group turns by another quarter, so that the bar points to -x.
+  // Rotations compose: the group turns by another quarter, so the bar points to -x.
   const std::string nested =
       vox_file(kBar + transform(0, 1, {{"_r", quarter_turn}, {"_t", "100 0 0"}}) + group(1, {2}) +
                transform(2, 3, {{"_r", quarter_turn}, {"_t", "10 0 0"}}) + shape(3, 0));
@@ -448,7 +448,7 @@ TEST_F(VolumeFile, VoxModelsArePlacedByTheSceneGraph) {
 }
 
 TEST_F(VolumeFile, VoxScenesGoToDiskWithABudget) {
-  // two models of three boxes, many times
+  // two models of three boxes, repeated many times
   constexpr std::uint32_t kTimes = 1000;
   std::string nodes = transform(0, 1, {});
   std::vector<std::uint32_t> children;
@@ -480,7 +480,7 @@ TEST_F(VolumeFile, VoxScenesGoToDiskWithABudget) {
 }
 
 TEST_F(VolumeFile, VoxGraphsOfManyChildrenOrEntriesTakeLittleMemory) {
-  // a group of a million children that are all the same node; frames of many entries without a meaning
+  // a group with a million children that are all the same node, and frames with many meaningless entries
   const std::string many = group(1, std::vector<std::uint32_t>(1'000'000, 2));
   EXPECT_EQ(error("a.vox", vox_file(kBar + transform(0, 1, {}) + many + transform(2, 3, {}) + shape(3, 0))),
             "a.vox: the scene graph has node 2 twice, expected a tree");
@@ -491,7 +491,8 @@ TEST_F(VolumeFile, VoxGraphsOfManyChildrenOrEntriesTakeLittleMemory) {
             (std::vector<Box>{{11, 0, -1, 12, 1, 0}}));
 }
 
-/// The time for a model is that of its voxels' bounds, whatever size it claims: 16 MB a model take minutes.
+/// The time for a model depends on the bounds of its voxels, not on the size that it claims. At 16 MB per
+/// model this would take minutes.
 TEST_F(VolumeFile, VoxModelsOfFewVoxelsAreRead) {
   constexpr int kModels = 30'000;
   std::string models;
@@ -546,7 +547,7 @@ TEST_F(VolumeFile, BadVoxIsNamed) {
       std::string::npos);
 }
 
-/// A volume's file from the shared data, or a skipped test.
+/// The file of a volume in the shared data. Skips the test if it is missing.
 #define BOXUNION_DATA_FILE(path, name)             \
   const std::string path = BOXUNION_DATA "/" name; \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "there is no " << path << "; see BOXUNION_DATA"

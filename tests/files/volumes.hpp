@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// A volume of unit voxels at the origin that calls inside(x, y, z) for each one.
+/// A volume of unit voxels at the origin. inside(x, y, z) decides about each voxel.
 template <class F>
 Volume volume_of(std::size_t nx, std::size_t ny, std::size_t nz, F inside) {
   Volume volume;
@@ -19,7 +19,7 @@ Volume volume_of(std::size_t nx, std::size_t ny, std::size_t nz, F inside) {
   return volume;
 }
 
-/// Random voxels of random density in rows that are longer and shorter than a machine word.
+/// Random voxels of random density, in rows shorter and longer than a machine word.
 inline Volume random_volume(std::uint32_t seed) {
   std::mt19937 random(seed);
   const std::size_t nx = 1 + random() % (seed % 4 == 0 ? 200 : 9), ny = 1 + random() % 9,

@@ -8,7 +8,7 @@
 
 #include "tests/support/temporary.hpp"
 
-// The parts of MagicaVoxel files.
+// Parts of MagicaVoxel files.
 namespace boxunion::scene {
 
 /// A chunk of a .vox file, without inner chunks.

@@ -1,4 +1,4 @@
-// A boolean expression and sets of boxes from any bytes: the cells find what a sweep of sections finds.
+// A boolean expression and sets of boxes from any bytes: cells give the same result as a sweep of sections.
 
 #include <cstdint>
 

@@ -1,10 +1,10 @@
-// Runs a target where there is no libFuzzer: on each seed, then for some seconds on random changes of them.
-// It does not learn what reaches new code, so it finds less; it needs no build of its own.
+// Runs a target without libFuzzer: on each seed, then for some seconds on random changes of them. It does not
+// learn which changes reach new code, so it finds less than libFuzzer, but it needs no special build.
 //
 // usage: fuzz_TARGET SECONDS FOLDER INPUT [NUMBER]
 //
-// The seeds are in FOLDER. INPUT is a file that holds the input at work, so it keeps what ended the process.
-// NUMBER starts the random numbers.
+// The seeds are in FOLDER. INPUT is a file that holds the current input, so it keeps the input that ended the
+// process. NUMBER is the seed of the random numbers.
 
 #include <unistd.h>
 

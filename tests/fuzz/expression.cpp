@@ -1,4 +1,4 @@
-// Any text as a boolean expression: refused with an Error, or the same function before and after simplify().
+// Any text as a boolean expression: rejected with an Error, or the same function before and after simplify().
 
 #include "core/cells/expression.hpp"
 
@@ -18,7 +18,7 @@ void check(const Expression& expression) {
   for (const std::string& name : expression.names()) expect(Expression::is_name(name));
   expect(stack_depth(expression.steps()) <= Expression::kMostDepth);
 
-  // In round 0 all operands vary, so nothing may change; then some are constant.
+  // In round 0 all operands vary, so nothing may change. In later rounds some are constant.
   std::vector<Presence> presence(count, Presence::partial);
   std::vector<Step> rest;
   std::uint32_t random = 1;

@@ -11,15 +11,14 @@
 #include "core/boxes/box.hpp"
 #include "host/engine/engine.hpp"
 
-// What the fuzz targets share. A target makes something of any bytes and ends the process where a law is
-// broken.
+// Shared by the fuzz targets. A target accepts any bytes, and ends the process if a law is broken.
 
-/// The entry point of a target, as libFuzzer calls it; see driver.cpp for builds without it.
+/// The entry point of a target for libFuzzer. driver.cpp calls it in other builds.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t count);
 
 namespace boxunion::fuzz {
 
-/// Ends the process, so that the input is kept, unless a law holds.
+/// Unless a law holds, ends the process, so that the input is kept.
 inline void expect(bool law, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
   if (law) return;
   std::fprintf(stderr, "%s:%d: broken law\n", file, line);
@@ -30,12 +29,12 @@ inline Options native() {
   return {.device = "native", .threads = 1};
 }
 
-/// Takes numbers off the bytes of an input; zeros behind their end.
+/// Takes numbers from the bytes of an input. After the end, they are zeros.
 class Bytes {
  public:
   Bytes(const std::uint8_t* bytes, std::size_t count) : rest_(bytes, count) {}
 
-  /// From 0 to below `limit`, at most 256.
+  /// A number less than `limit`, which is at most 256.
   int below(int limit) {
     if (rest_.empty()) return 0;
     const int value = rest_.front() % limit;
@@ -51,7 +50,7 @@ class Bytes {
   std::span<const std::uint8_t> rest_;
 };
 
-/// Fewer than `limit` boxes with coordinates 0 .. range, so that all degeneracies happen.
+/// Fewer than `limit` boxes with coordinates 0 .. range, so that all degenerate cases occur.
 inline std::vector<IntegerBox> take_boxes(Bytes& bytes, int limit, int range) {
   std::vector<IntegerBox> boxes(std::size_t(bytes.below(limit)));
   for (IntegerBox& box : boxes)
@@ -63,7 +62,7 @@ inline std::vector<IntegerBox> take_boxes(Bytes& bytes, int limit, int range) {
   return boxes;
 }
 
-/// The same, as integers or as doubles of some scale, one of which may be far from the others.
+/// The same, as integers or as doubles of some scale. One of the doubles may be far from the others.
 inline BoxSet take_box_set(Bytes& bytes, int limit, int range) {
   const double scale = bytes.one_of(std::array{0.0, 1.0, 0.1, 0x1p-1070, 0x1p-40, 1e300});
   const bool has_far_one = bytes.below(2) == 1;

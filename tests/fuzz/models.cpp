@@ -1,4 +1,4 @@
-// Boxes from any bytes: extreme vertices, disjoint boxes and components go back to where they came from.
+// Boxes from any bytes: extreme vertices, disjoint boxes and components convert back to the same solid.
 
 #include <cstdint>
 
@@ -12,7 +12,7 @@
 namespace boxunion::fuzz {
 namespace {
 
-/// The voxels that boxes with coordinates 0 .. range cover.
+/// The voxels covered by boxes with coordinates 0 .. range.
 Volume voxels_of(const std::vector<IntegerBox>& boxes, int range) {
   Volume volume;
   const auto n = std::size_t(range);

@@ -1,4 +1,4 @@
-// Any bytes as a file of one format, that of BOXUNION_FUZZ_EXTENSION: boxes that are valid, or an Error.
+// Any bytes as a file of the format BOXUNION_FUZZ_EXTENSION: valid boxes, or an Error.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@
 namespace boxunion::fuzz {
 namespace {
 
-/// A file of this process, in memory, that has one input after the other.
+/// A file in the memory of this process, which holds one input after the other.
 class InputPath {
  public:
   InputPath() {
@@ -43,7 +43,7 @@ class InputPath {
   int file_ = -1;
 };
 
-/// The result of read(), or nothing where it throws what a reader may throw.
+/// The result of read(), or nothing if it throws an error that a reader may throw.
 template <class F>
 auto accepted(F&& read) -> std::optional<decltype(read())> {
   try {
@@ -55,7 +55,7 @@ auto accepted(F&& read) -> std::optional<decltype(read())> {
   }
 }
 
-/// As many voxels inside as the boxes of a volume hold.
+/// Checks that a volume has as many voxels inside as its boxes hold.
 void expect_boxes_of(const Volume& volume) {
   std::uint64_t inside = 0, boxed = 0;
   for (const std::uint8_t voxel : volume.inside) inside += voxel != 0;
@@ -64,8 +64,8 @@ void expect_boxes_of(const Volume& volume) {
   expect(inside == boxed);
 }
 
-/// Are the bounds of integer boxes small? A scene may place voxels as far apart as it likes, and its volume
-/// is that large.
+/// True if the bounds of integer boxes are small. A scene may place voxels far apart, and its volume has the
+/// size of the bounds.
 bool is_compact(const BoxSet& boxes) {
   std::array<double, 6> bounds{};
   for (std::size_t i = 0; i < boxes.size(); ++i)

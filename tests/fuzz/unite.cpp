@@ -1,5 +1,4 @@
-// Boxes from any bytes: whatever method, kernel and size of cells finds the same union, and its boundary
-// closes.
+// Boxes from any bytes: every method, kernel and cell size finds the same union, and its boundary is closed.
 
 #include <cstdint>
 #include <map>
@@ -30,7 +29,7 @@ const std::array kWays = {native(),
                           way(Method::slices, {}, {}),
                           way(Method::slices, {}, {.tile_coordinates = 2})};
 
-/// Each side of a triangle meets its opposite as often as it is there; split, once.
+/// Checks that each side of a triangle occurs as often as its opposite, and only once if contacts are split.
 void expect_closed(const Mesh& mesh, NonManifold contacts) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   for (const Triangle& t : mesh.triangles)
@@ -52,8 +51,8 @@ double six_volumes(const Mesh& mesh) {
   return sum;
 }
 
-/// Each coordinate has an ordinal that gives it back, also where a row that fills the scan's first block
-/// comes before all others.
+/// Checks that each coordinate maps to an ordinal and back, also if a row that fills the first block of the
+/// scan comes first.
 void expect_exact_axes(const BoxSet& boxes) {
   if (boxes.size() == 0) return;
   std::vector<Box> rows(128, boxes[0]);

@@ -1,5 +1,5 @@
-// Extreme vertices, disjoint boxes, their neighbors and components, against definitions on the grid through
-// all faces.
+// Extreme vertices, disjoint boxes, their neighbors and components, compared with definitions on the grid
+// through all faces.
 
 #include "core/models/decomposition.hpp"
 
@@ -58,7 +58,7 @@ class Grid {
     return a < cells(0) && b < cells(1) && c < cells(2) && inside_[index(a, b, c)];
   }
 
-  /// The points with an odd number of inside cells round them.
+  /// The points with an odd number of inside cells around them.
   ExtremeVertices<3> extreme_vertices() const {
     ExtremeVertices<3> vertices;
     for (std::size_t a = 0; a <= cells(0); ++a)
@@ -73,7 +73,7 @@ class Grid {
     return vertices;
   }
 
-  /// Cut where the section changes along A, its part of a slice where it changes along B.
+  /// Cuts wherever the section changes along A, and within a slice wherever it changes along B.
   std::set<OrdinalBox> oudb() const {
     const auto section_changes = [&](std::size_t a) {
       for (std::size_t b = 0; b < cells(1); ++b)
@@ -102,7 +102,7 @@ class Grid {
     return boxes;
   }
 
-  /// How many components the inside cells have.
+  /// The number of components of the inside cells.
   std::size_t components(Connectivity connectivity) const {
     std::set<std::array<std::size_t, 3>> rest;
     for (std::size_t a = 0; a < cells(0); ++a)
@@ -140,7 +140,7 @@ class Grid {
   std::vector<bool> inside_;
 };
 
-/// Merges boxes that are equal but on `axis`, and adjacent there.
+/// Merges adjacent boxes on `axis` that are equal on the other axes.
 std::set<OrdinalBox> compacted(std::set<OrdinalBox> boxes, std::size_t axis) {
   for (bool changed = true; changed;) {
     changed = false;
@@ -162,7 +162,7 @@ std::set<OrdinalBox> compacted(std::set<OrdinalBox> boxes, std::size_t axis) {
   return boxes;
 }
 
-/// On how many axes the boxes overlap, and whether they touch at all.
+/// The number of axes on which boxes overlap, and whether they touch at all.
 struct Contact {
   int overlaps = 0;
   bool touch = true;
@@ -304,7 +304,7 @@ TEST(Decomposition, OfRandomBoxes) {
   });
 }
 
-/// Both ways round, every order, on more boxes than brute force can look at.
+/// Converts in both directions and every order, for more boxes than brute force can handle.
 void round_trips(const BoxSet& boxes, bool with_oudb = true) {
   const Solid solid = solid_of(boxes);
   for (const AxisOrder& order : kAxisOrders) {

@@ -1,4 +1,4 @@
-// Sections as rectangles, and the joins of faces: against definitions, and counts of the work that they take.
+// Sections as rectangles, and joins of faces, compared with definitions. Their work is counted.
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ TEST(SortedChunks, AreASortedVector) {
     const auto in_vector = std::partition_point(vector.begin(), vector.end(), is_before);
     const auto near = chunks.find_from(chunks.find([&](int v) { return v < key - 50; }), is_before);
     ASSERT_TRUE(near.chunk == place.chunk && near.index == place.index);
-    // now more, now less, up to some chunks at once
+    // sometimes more, sometimes fewer, up to several chunks at once
     const std::size_t large = random() % 16 == 0 ? 400 : 4;
     const std::size_t rest = std::size_t(vector.end() - in_vector);
     std::size_t count = std::min<std::size_t>(random() % (round / 500 % 2 ? 2 * large : large), rest);
@@ -130,7 +130,7 @@ class Squares {
         if (const OrderedPoint<2> point{b, c}; !plane.insert(point).second) plane.erase(point);
   }
 
-  /// The intervals of all rows, equal neighbors merged.
+  /// The intervals of all rows, with equal neighbors merged.
   std::set<Rectangle> rectangles() const {
     std::set<Rectangle> all;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> open, next;
@@ -154,14 +154,14 @@ class Squares {
   std::vector<char> inside_;
 };
 
-/// What a plane does: the rectangles that begin and end there, each in order.
+/// The effect of a plane: the rectangles that begin and end there, each in order.
 struct Change {
   std::vector<Squares::Rectangle> begun, ended;
   friend bool operator==(const Change&, const Change&) = default;
 };
 
-/// Passes planes that flip what `regions(a)` gives, and compares all that begins and ends with the
-/// definition.
+/// Passes planes that flip the regions of `regions(a)`, and compares all rectangles that begin and end with
+/// the definition.
 template <class C>
 void check_planes(std::uint32_t side, std::uint32_t planes, std::size_t at_once,
                   const std::function<std::vector<Squares::Rectangle>(std::uint32_t)>& regions) {
@@ -237,7 +237,7 @@ TEST(SectionRectangles, BeginAndEndAsDefinedInRandomSections) {
 }
 
 TEST(SectionRectangles, BeginAndEndAsDefinedInLargeSections) {
-  // thousands of rectangles, small or long, and planes that change some of them: batches are halved
+  // thousands of rectangles, small or long, and planes that change some of them, so that batches are halved
   constexpr std::uint32_t kSide = 150;
   std::mt19937_64 random(1);
   for (int shape = 0; shape < 3; ++shape) {
@@ -283,7 +283,7 @@ BoxSet jittered_plates(std::size_t size) {
   return std::find_if(families().begin(), families().end(), is_it)->make(size);
 }
 
-/// The work of a sweep for the CUDB, and what goes in and comes out.
+/// The work of a sweep for the CUDB, and the sizes of its input and output.
 struct Work {
   std::uint64_t steps = 0, size = 0;
 };
@@ -300,7 +300,7 @@ Work sweep_work(const Solid& solid, std::size_t boxes, const AxisOrder& order) {
 }
 
 TEST(SectionRectangles, WorkIsProportionalToInputAndOutput) {
-  // a look at the whole section for every plane would make it hundreds of steps
+  // looking at the whole section for every plane would take hundreds of steps
   for (const Family& family : families()) {
     const BoxSet boxes = family.make(sanitized() ? 2000 : 16000);
     const Solid solid = solid_of(boxes);
@@ -347,7 +347,7 @@ struct TestFace {
 };
 using Faces = std::vector<TestFace>;
 
-/// Joins faces, sorted by p and q; add gets pairs of boxes. Returns the work.
+/// Joins faces sorted by p and q. `add` gets pairs of boxes. Returns the work.
 template <FacePairs kPairs, class Add>
 std::uint64_t join(const Faces& below, const Faces& above, bool touch_p, bool touch_q, Add&& add) {
   FaceJoin<TestFace, kPairs> join(touch_p, touch_q);
@@ -363,7 +363,7 @@ std::uint64_t join(const Faces& below, const Faces& above, bool touch_p, bool to
   return join.steps();
 }
 
-/// Disjoint faces in a grid of so many columns on q, each of some height on p.
+/// Disjoint faces in a grid of `columns` columns on q, with random heights on p.
 Faces random_faces(std::mt19937_64& random, std::uint32_t columns, std::uint32_t height, std::uint32_t box) {
   Faces faces;
   std::vector<std::uint32_t> free_from(columns);
@@ -420,8 +420,7 @@ TEST(FaceJoin, WorkIsProportionalToFacesAndPairs) {
     deep.push_back({0, 10 + 2 * kCount, i, i + 1, i});
     wide.push_back({10 + 2 * i, 11 + 2 * i, 0, kCount, kCount + i});
   }
-  // the sweep has left the narrow ones when it comes to the wide ones, which do not look at them again and
-  // again
+  // the sweep has left the narrow faces when it reaches the wide ones, which must not look at them repeatedly
   EXPECT_LT(join<FacePairs::all>(narrow, wide, false, false, ignore), 10 * kCount);
   EXPECT_LT(join<FacePairs::all>(wide, narrow, true, true, ignore), 10 * kCount);
   // nine million pairs
@@ -474,7 +473,7 @@ TEST_F(Command, TheBestOrderIsFoundWithoutCountingTheWorst) {
   write_boxes(jittered_plates(8000), open_output(folder_.file("a.npy")));
   for (const std::string options : {"", " --memory 512M"}) {
     const nlohmann::json result = json("decompose a.npy --json --model oudb --order best" + options);
-    EXPECT_EQ(result.at("boxes"), 8000);  // along x and y hundreds of billions
+    EXPECT_EQ(result.at("boxes"), 8000);  // along x and y there are hundreds of billions
     EXPECT_EQ(result.at("order"), "zxy");
   }
 }

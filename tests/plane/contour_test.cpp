@@ -24,7 +24,7 @@
 namespace boxunion {
 namespace {
 
-/// A vertex by its coordinates.
+/// A vertex with its coordinates.
 struct Corner {
   double x, y;
   unsigned quadrants;
@@ -43,7 +43,7 @@ std::vector<Corner> corners(const Contour& contour) {
   return result;
 }
 
-/// What the definition says of each cell between all coordinates.
+/// The definition, applied to each cell between all coordinates.
 struct Reference {
   std::vector<Corner> corners;
   mpq_class area = 0, perimeter = 0;
@@ -58,7 +58,7 @@ Reference reference(const Rectangles<T>& rectangles) {
     std::ranges::sort(axis);
     axis.erase(std::unique(axis.begin(), axis.end()), axis.end());
   }
-  // is the cell above place i - 1 and j - 1 inside?
+  // true if the cell above places i - 1 and j - 1 is inside
   const auto inside = [&](std::size_t i, std::size_t j) {
     if (i == 0 || j == 0 || i == c[0].size() || j == c[1].size()) return false;
     return std::ranges::any_of(rectangles, [&](const auto& r) {
@@ -82,7 +82,7 @@ Reference reference(const Rectangles<T>& rectangles) {
   return result;
 }
 
-/// Is x the double next to an exact number, or as near as any?
+/// True if x is a double nearest to an exact number.
 bool is_rounded(double x, const mpq_class& exact) {
   if (std::isinf(x)) return exact > mpq_class(std::numeric_limits<double>::max());
   const auto error = [&](double y) {
@@ -169,7 +169,7 @@ TEST(Contour, OfManyDoublesIsThatOfBoxes) {
 
 TEST(Contour, DoesNotDependOnThreads) {
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
-  for (const int side : {1, 60}) {  // strips that are one cell, and such of many
+  for (const int side : {1, 60}) {  // strips of one cell, and of many
     const auto rectangles = scattered<std::int32_t>(100000, 30000, side, side, 9);
     const auto found = [&](int threads) {
       return tbb::task_arena(threads).execute([&] { return find_contour(rectangles).vertices; });
@@ -178,7 +178,7 @@ TEST(Contour, DoesNotDependOnThreads) {
   }
 }
 
-// Strips that are one cell each; those in the middle are halved from left to right.
+// Strips of one cell each. Those in the middle are halved from left to right.
 TEST(Contour, OfFewRectanglesAndACrowdIsThatOfBoxes) {
   auto rectangles = scattered<std::int32_t>(2000, 1000000, 100, 100, 1);
   for (auto r : scattered<std::int32_t>(300, 5000, 100, 100, 2))

@@ -1,4 +1,4 @@
-// Boost.Geometry includes a header that Boost itself calls deprecated, with a message.
+// Boost.Geometry includes a header that Boost itself marks as deprecated, with a message.
 #define BOOST_ALLOW_DEPRECATED_HEADERS
 
 #include "core/plane/polygons.hpp"
@@ -60,8 +60,8 @@ Polygons by_plane(const Rectangles<T>& rectangles) {
                      [&](std::uint32_t point) { return contour.position(contour.vertices[point]); });
 }
 
-/// Cuts the loop at the first vertex that it visits a second time, and so on; what lies between the visits
-/// comes after the loop, from its lowest vertex on. Quadratic.
+/// Cuts the loop at the first vertex that it visits a second time, repeatedly. The parts between visits come
+/// after the loop, starting at their lowest vertices. Quadratic.
 void cut_where_touching(std::vector<Loop>& polygon, std::size_t loop) {
   for (std::size_t j = 1; j < polygon[loop].size(); ++j)
     for (std::size_t i = 0; i < j; ++i) {
@@ -91,7 +91,7 @@ Polygons simple(Polygons polygons) {
   return polygons;
 }
 
-/// The upper faces of the boxes of unit height that stand on the rectangles.
+/// The upper faces of boxes of height 1 over the rectangles.
 template <class T>
 Polygons by_boxes(const Rectangles<T>& rectangles) {
   const Solid solid = unite(unit_boxes(rectangles), {.device = "native"});
@@ -103,7 +103,7 @@ Polygons by_boxes(const Rectangles<T>& rectangles) {
   }));
 }
 
-/// Boost.Geometry's opinion: loops are simple, holes lie inside, and the inside is connected.
+/// Validity according to Boost.Geometry: loops are simple, holes lie inside, and the inside is connected.
 bool is_valid(const std::vector<Loop>& polygon) {
   namespace bg = boost::geometry;
   using BoostPoint = bg::model::d2::point_xy<double>;
@@ -133,7 +133,7 @@ TEST(Polygons, OfManyRectanglesAreFacesOfBoxes) {
   }
 }
 
-/// The parts of a square grid whose members share edges.
+/// The parts of a square grid that are connected by edges.
 std::vector<std::uint64_t> parts(std::uint64_t members, int side) {
   std::vector<std::uint64_t> all;
   const auto take = [&](int x, int y) {
@@ -158,8 +158,8 @@ std::vector<std::uint64_t> parts(std::uint64_t members, int side) {
   return all;
 }
 
-/// The holes of the parts of a grid of 4 x 4: all parts of what a part leaves of the plane, but the one
-/// outside.
+/// The number of holes in the parts of a 4 x 4 grid: for each part, all components of its complement except
+/// the outer one.
 int holes_in_parts(unsigned occupancy) {
   int holes = 0;
   for (const std::uint64_t part : parts(occupancy, 4)) {
@@ -196,7 +196,7 @@ TEST(Polygons, OfEveryOccupancy) {
   }
 }
 
-/// Loops that go up and down again through all rows: frames in each other with slits, and much between.
+/// Loops that go up and down through all rows: nested frames with slits, and many squares between them.
 Rectangles<std::int32_t> frames_with_slits() {
   Rectangles<std::int32_t> all = scattered<std::int32_t>(6000, 12000, 60, 60, 3);
   constexpr int kFrames = 40, kSide = 20000;
@@ -212,8 +212,8 @@ Rectangles<std::int32_t> frames_with_slits() {
   return all;
 }
 
-/// Frames in each other, so that holes and polygons alternate inwards, and much between; far more vertices
-/// than columns.
+/// Nested frames, so that holes and polygons alternate inwards, and many squares between them. There are far
+/// more vertices than columns.
 Rectangles<std::int32_t> nested_frames() {
   constexpr int kFrames = 40, kSide = 4000;
   Rectangles<std::int32_t> all = scattered<std::int32_t>(60000, kSide, 6, 6, 5);

@@ -81,8 +81,8 @@ void add_command(Random& random, CommandJob& job) {
   }
 }
 
-/// Writes the boxes in a process of its own, so that this one stays small: what a process has when it starts
-/// another one counts in the peak memory of that.
+/// Writes the boxes in a process of its own, so that this process stays small: the memory of a process that
+/// starts another one counts in the peak of that one.
 void write_inputs(const CommandJob& job, const TemporaryFolder& folder) {
   if (job.inputs.empty()) return;
   run_in_child([&] {
@@ -104,9 +104,9 @@ void write_inputs(const CommandJob& job, const TemporaryFolder& folder) {
   });
 }
 
-/// How a run of the command ended.
+/// The end of a run of the command.
 struct End {
-  int status = 0;      ///< as of waitpid
+  int status = 0;      ///< the status of waitpid
   double seconds = 0;  ///< from the start, or from the signal if one was sent
   bool signalled = false;
   std::uint64_t peak_bytes = 0;
@@ -119,7 +119,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// The command in the job's folder, with what it prints in files.
+/// Starts the command in the folder of the job, with its output in files.
 pid_t start(const CommandJob& job, const CommandOptions& options, const TemporaryFolder& folder) {
   std::vector<std::string> words = {options.program};
   words.insert(words.end(), job.arguments.begin(), job.arguments.end());
@@ -145,7 +145,7 @@ pid_t start(const CommandJob& job, const CommandOptions& options, const Temporar
 End wait_for(pid_t child, const CommandJob& job, const CommandOptions& options) {
   End end;
   auto begin = Clock::now();
-  bool asked = false;  // whoever is late
+  bool asked = false;  // `late` has been run
   for (;;) {
     rusage usage;
     if (::wait4(child, &end.status, WNOHANG, &usage) == child) {
@@ -171,7 +171,7 @@ End wait_for(pid_t child, const CommandJob& job, const CommandOptions& options) 
 
 std::string check_status(const CommandJob& job, const CommandOptions& options, const End& end) {
   if (WIFSIGNALED(end.status)) {
-    constexpr double kStart = 0.2;  // seconds in which no handler may be there yet
+    constexpr double kStart = 0.2;  // seconds before the signal handler is certainly installed
     const int signal = WTERMSIG(end.status);
     if (signal == job.signal && end.signalled && job.moment < kStart) return {};
     return signal == SIGKILL ? "it had to be killed" : fmt::format("ended by signal {}", signal);
@@ -243,7 +243,7 @@ std::string run(const CommandJob& job, const CommandOptions& options, std::map<s
   write_inputs(job, folder);
   std::filesystem::create_directory(folder.file("scratch"));
   for (const char* const file : {".out", ".err"})
-    folder.write(file, "");  // a signal may come before the command
+    folder.write(file, "");  // a signal may come before the command writes
   if (job.outputs_exist)
     for (const std::string& output : job.outputs) folder.write(output, "old");
   End end = wait_for(start(job, options, folder), job, options);

@@ -121,14 +121,14 @@ BoxSet make_boxes(Random& random, Job& job) {
   const Kind& kind = random.one_of(kinds());
   job.count = std::size_t(random.between(1, random.one_in(20) ? 20'000 : 600));
   const int range = random.one_in(3) ? 12 : int(random.between(20, 100'000));
-  const double volumes = random.between(0.01, 4);  // their sum, in universes
+  const double volumes = random.between(0.01, 4);  // sum of volumes, in universes
   const int edge = std::max(1, int(range * std::cbrt(volumes / double(job.count))));
   std::vector<IntegerBox> integers(job.count);
   for (IntegerBox& box : integers) box = kind.box(random, range, edge);
   job.boxes_name = fmt::format("{} {} of edge {} in {}", job.count, kind.name, edge, range);
   const int form = random.below(4);
   if (form == 0) return integers;
-  // doubles on a lattice, on none, or far from the origin
+  // doubles on a lattice, on no lattice, or far from the origin
   const double scale = form == 1 ? 0.125 : form == 2 ? 0.1 : 1;
   const double offset = form == 3 ? 0x1p40 : -3;
   job.boxes_name += fmt::format(", times {} plus {}", scale, offset);
@@ -140,7 +140,7 @@ BoxSet make_boxes(Random& random, Job& job) {
 
 // ---- ways ----
 
-/// Budgets from here on hold every job.
+/// A budget that is enough for every job.
 constexpr std::uint64_t kAmple = std::uint64_t{1} << 30;
 
 Slabs make_slabs(Random& random, const Job& job) {
@@ -178,7 +178,7 @@ Job make_job(std::uint64_t seed, const std::vector<std::string>& devices) {
   options.tuning.workgroup = random.one_of<std::uint32_t>({1, 8, 16, 32, 64});
   if (random.one_in(2)) options.tuning.tile_coordinates = std::uint32_t(2 + random.below(30));
   if (random.one_in(3)) options.tuning.cell = std::uint32_t(random.between(1, 1 << 19));
-  if (job.count > 600) options.tuning.cell = 0;  // a cell of few ordinals would hold hardly a box
+  if (job.count > 600) options.tuning.cell = 0;  // a cell of few ordinals would hold almost no box
   if (random.one_in(3)) options.tuning.cell_boxes = std::uint32_t(random.between(1, 64));
   if (options.device != "native" && random.one_in(3))
     job.failure = fmt::format(
@@ -224,7 +224,7 @@ bool is_closed(const Mesh& mesh) {
   return std::ranges::all_of(sides, [](const auto& side) { return side.second == 0; });
 }
 
-/// Writes the file of a job from memory.
+/// Writes the file of a job, computed in memory.
 void write_from_memory(const Solid& solid, const Slabs& slabs, OutputFile out) {
   if (slabs.file.starts_with("vertices")) return write_vertices(solid, std::move(out));
   if (slabs.file.starts_with("a.")) {
@@ -242,7 +242,7 @@ void write_from_memory(const Solid& solid, const Slabs& slabs, OutputFile out) {
   write_boxes(to_boxes(decompose(evm, *slabs.model)), std::move(out));
 }
 
-/// True if the floats of an .stl do not reach as far as the boxes.
+/// True if the boxes reach beyond the floats of an .stl.
 bool is_beyond_floats(const BoxSet& boxes) {
   for (std::size_t i = 0; i < boxes.size(); ++i)
     for (const double c : boxes[i])
@@ -250,7 +250,7 @@ bool is_beyond_floats(const BoxSet& boxes) {
   return false;
 }
 
-/// The same in slabs: what is wrong, or nothing.
+/// Does the job in slabs. Returns a description of the fault, or nothing.
 std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid& solid,
                          std::map<std::string, int>& done) try {
   const Slabs& slabs = *job.slabs;
@@ -293,7 +293,7 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
   return {};
 }
 
-/// All that is made of a union.
+/// Everything that is made of a union.
 struct Found {
   Solid solid;
   Decomposition boxes;
@@ -324,17 +324,17 @@ bool same(const Found& a, const Found& b) {
          a.labels.labels == b.labels.labels && a.in_slabs == b.in_slabs;
 }
 
-/// What a piece of parallel work throws.
+/// Thrown in a piece of parallel work.
 struct Injected {};
 
-/// Calls in pieces of parallel work: counted, and the one at which to throw.
+/// The number of pieces of parallel work so far, and the piece that throws.
 std::atomic<std::int64_t> pieces = 0, bad_piece = -1;
 
 void count_piece() {
   if (pieces++ == bad_piece) throw Injected();
 }
 
-/// While it lives, all pieces of parallel work are counted.
+/// While it exists, all pieces of parallel work are counted.
 class CountPieces {
  public:
   explicit CountPieces(std::int64_t bad) {
@@ -347,7 +347,7 @@ class CountPieces {
   ~CountPieces() { detail::before_piece = nullptr; }
 };
 
-/// Everything, while something ends the work: it throws, or is as it should be.
+/// Makes everything, while something may end the work. It must throw, or give the expected results.
 std::string check_ended(const Job& job, const Options& options, const Found& expected,
                         const std::string& word, std::map<std::string, int>& done) {
   try {
@@ -362,8 +362,8 @@ std::string check_ended(const Job& job, const Options& options, const Found& exp
   return {};
 }
 
-/// Everything, with an exception or an interrupt at some moment; then what comes next is as if nothing had
-/// happened.
+/// Makes everything with an exception or an interrupt at some moment, and then once more, which must be as if
+/// nothing had happened.
 std::string run_disturbed(const Job& job, std::map<std::string, int>& done) {
   using Clock = std::chrono::steady_clock;
   Found expected;
@@ -397,7 +397,7 @@ std::string run_disturbed(const Job& job, std::map<std::string, int>& done) {
   return same(find_all(job, job.options), expected) ? "" : "what follows an interrupt differs";
 }
 
-/// Mass properties and vertices, by two threads at once if the job says so.
+/// Finds mass properties and vertices, by two threads at once if the job says so.
 std::pair<MassProperties, Solid> find(const Job& job, Report& report) {
   if (!job.at_once) {
     MassProperties mass = measure(job.boxes, job.options, &report);

@@ -13,14 +13,14 @@
 
 namespace boxunion::soak {
 
-/// What is made of a union in slabs on disk, compared with the same from memory.
+/// A union in slabs on disk, which is compared with the same union from memory.
 struct Slabs {
-  std::uint64_t boxes;  // at most, of a slab
-  std::uint64_t bytes;  // of the budget
-  std::string file;     // what for: "" for mass properties
+  std::uint64_t boxes;  // maximum boxes of a slab
+  std::uint64_t bytes;  // the budget
+  std::string file;     // the output; "" for mass properties
   std::optional<BoxModel> model;
   std::optional<AxisOrder> order;
-  std::optional<Connectivity> connectivity;  // of neighbors to be counted, of boxes
+  std::optional<Connectivity> connectivity;  // count neighbors of this connectivity, if given
   NonManifold contacts;
 };
 
@@ -30,7 +30,7 @@ struct Job {
   BoxSet boxes;
   std::size_t count = 0;
   Options options;
-  std::string failure;                // of the device
+  std::string failure;                // a call of the device that fails
   bool at_once = false;               ///< measured and united by two threads at once
   std::optional<double> disturbance;  ///< once more with an exception, then an interrupt, after this fraction
   std::optional<Slabs> slabs;
@@ -39,7 +39,7 @@ struct Job {
 Job make_job(std::uint64_t seed, const std::vector<std::string>& devices);
 std::string name(const Job& job);
 
-/// What is wrong, or nothing. Counts in `done`.
+/// Returns a description of the fault, or nothing. Counts the kinds of jobs in `done`.
 std::string run(const Job& job, std::map<std::string, int>& done);
 
 }  // namespace boxunion::soak

@@ -2,14 +2,13 @@
 //
 //   boxunion_soak [--jobs N] [--commands N] [--first SEED] [--native] ...
 //
-// A job makes boxes of many kinds and numbers and finds their union by a random way (method, kernel, device,
-// launch, sizes of cells, threads), some with a device that fails midway, with an interrupt, with another
-// thread beside, or in slabs on disk. Few boxes are compared with brute force, more with the other method,
+// A job makes boxes of many kinds and numbers, and finds their union in a random way (method, kernel, device,
+// launch, cell sizes, threads). Some jobs have a device that fails midway, an interrupt, another thread
+// beside them, or slabs on disk. Few boxes are compared with brute force, more boxes with the other method,
 // natively. A command is a run of the command line with a signal at a random moment or a budget of memory.
 //
-// Job i is all that random numbers from seed SEED + i decide, so one that fails can be run again alone. Jobs
-// run in processes of their own, so that one that crashes ends no other. Exit status 1 where anything is
-// wrong.
+// The random numbers from seed SEED + i determine job i, so a job that fails can be run again alone. Jobs run
+// in processes of their own, so a crash does not end the others. The exit status is 1 if anything is wrong.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -58,8 +57,7 @@ std::vector<std::string> device_names(bool native) {
   return names;
 }
 
-/// The worker's side: runs jobs and says on `out` which one begins, what is wrong, and at the end what was
-/// done.
+/// The worker. Runs jobs and writes to `out` which one begins, what is wrong, and at the end what was done.
 void work(std::uint64_t first, std::uint64_t end, bool native, std::FILE* out) {
   const std::vector<std::string> devices = device_names(native);
   std::map<std::string, int> done;
@@ -81,7 +79,7 @@ void work(std::uint64_t first, std::uint64_t end, bool native, std::FILE* out) {
   std::fflush(out);
 }
 
-/// Runs jobs in another process. Returns the seed of the first one that was not begun.
+/// Runs jobs in another process. Returns the seed of the first job that was not started.
 class Worker {
  public:
   Worker(std::uint64_t first, std::uint64_t end, bool native) : next_(first), end_(end) {
@@ -133,7 +131,7 @@ class Worker {
     }
   }
 
-  /// False at the end of what the worker says, or where it says nothing for too long.
+  /// False at the end of the worker's output, or if it is silent for too long.
   bool read_line(std::string& line, bool& hangs) {
     const int patience = (sanitized() ? 1800 : 300) * 1000;  // milliseconds
     for (;;) {

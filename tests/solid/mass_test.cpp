@@ -84,7 +84,7 @@ TEST(Mass, WidestLatticeIsRoundedOnce) {
 
 TEST(Mass, EveryMaskHasItsVolumeAreaAndLength) {
   for (unsigned mask = 0; mask < 256; ++mask) {
-    std::vector<Box> boxes = {{1, 1, 1, 1, 3, 3}};  // degenerate, so that the grid is always the same
+    std::vector<Box> boxes = {{1, 1, 1, 1, 3, 3}};  // a degenerate box, so that the grid is always the same
     for (int octant = 0; octant < 8; ++octant) {
       const double x = 1 + (octant & 1), y = 1 + (octant >> 1 & 1), z = 1 + (octant >> 2);
       if (mask >> octant & 1u) boxes.push_back({x, y, z, x + 1, y + 1, z + 1});
@@ -115,7 +115,7 @@ TEST(Mass, ValuesBeyondDoubleAreInfinite) {
   EXPECT_EQ(p.centroid[0], 0.5e300);
 }
 
-/// A few thousand vertices with every mask at random places: no union has them, but sums are sums.
+/// A few thousand vertices with every mask at random places. No union has them, but their sums are defined.
 Array<Vertex> random_vertices(const Axes& axes, std::size_t count) {
   std::mt19937_64 random(7);
   Array<Vertex> vertices(count);
@@ -165,8 +165,8 @@ TEST(Mass, LatticeAndRankSumsOfMillionsOfVerticesAgree) {
   }
 }
 
-/// The sums over the part of the union inside one region, relative to its low corner and modulo 2^64, but no
-/// area or length.
+/// The sums over the part of the union inside one region, relative to its low corner and modulo 2^64, without
+/// area and length.
 LatticeSums region_sums(std::vector<OrdinalBox> boxes, const OrdinalBox& region) {
   std::erase_if(boxes, [&](OrdinalBox& box) {
     bool empty = false;
@@ -219,7 +219,7 @@ RC_GTEST_PROP(Mass, SumsOfRegionsAreTheSumsOfTheWhole, ()) {
   MassSink whole(axes), parts(axes);
   whole.add(vertices);
 
-  // Eight regions that meet at one point; the sums of a long region would not fit.
+  // Eight regions that meet at one point. The sums of a long region would not fit.
   std::array<std::uint32_t, 3> middle;
   for (auto& m : middle) m = *rc::gen::inRange<std::uint32_t>(2, 9);
   if (wide) middle[1] = axes[1].count() - 1;
@@ -237,7 +237,7 @@ RC_GTEST_PROP(Mass, SumsOfRegionsAreTheSumsOfTheWhole, ()) {
   RC_ASSERT(parts.result() == whole.result());
 }
 
-/// Second moments that pass 2^63, and a region that is full, where they are greatest about its centre, too.
+/// Second moments that exceed 2^63, and a full region, whose moments about its centre are the largest.
 RC_GTEST_PROP(Mass, SumsOfTheLargestRegionsAreExact, ()) {
   constexpr std::uint32_t edge = LatticeSums::kMostEdge;
   const auto end = rc::gen::element(0u, 1u, edge / 2, edge - 1, edge);

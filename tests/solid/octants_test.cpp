@@ -19,7 +19,7 @@ TEST(Octants, TableHas218VerticesAnd128ExtremeOnes) {
 
 TEST(Fans, HoldEveryFacetAndSplitEveryContact) {
   std::array<int, 5> masks{};  // by number of fans
-  int pinched = 0;             // masks with a non-manifold edge whose sectors are of one fan
+  int pinched = 0;             // masks with a non-manifold edge whose sectors belong to one fan
   for (unsigned mask = 0; mask < 256; ++mask) {
     const MaskFans& fans = kFans[mask];
     ASSERT_LE(fans.count, 4);

@@ -60,7 +60,7 @@ TEST(Solid, SortsAnyNumberOfVerticesOnAnyNumberOfThreads) {
       for (const int threads : {1, 2, 5}) {
         std::mt19937 random(widest);
         Array<Vertex> vertices(count);
-        for (std::uint32_t i = 0; i < count; ++i) {  // all differ
+        for (std::uint32_t i = 0; i < count; ++i) {  // all are different
           const auto ordinal = static_cast<std::uint32_t>(random() & widest);
           vertices[i] = {i, ordinal, ordinal ^ 1u, 1 + i % 7};
         }

@@ -12,7 +12,7 @@
 namespace boxunion {
 namespace {
 
-/// The sums in rational numbers.
+/// The sums in rational arithmetic.
 BoxSums reference_sums(const BoxSet& boxes) {
   mpq_class volume = 0, area = 0, length = 0;
   std::uint64_t vertices = 0;
@@ -77,10 +77,10 @@ TEST(BoxSums, OfDoublesAreExactWhateverTheirExponents) {
 TEST(VertexKinds, AreThoseOfUnion3InGeneralPosition) {
   for (const Method method : {Method::cells, Method::slices}) {
     EXPECT_EQ(kinds_of({{0, 0, 0, 5, 5, 5}}, method), (VertexKinds{.visible_input = 8}));
-    // a corner of each inside the other: 7 corners each, 3 edges of each through faces of the other
+    // each has a corner inside the other: 7 corners of each, and 3 edges of each through faces of the other
     EXPECT_EQ(kinds_of({{0, 0, 0, 5, 5, 5}, {2, 3, 4, 8, 9, 10}}, method),
               (VertexKinds{.visible_input = 14, .edge_face = 6}));
-    // three boxes fill a half-space each about the origin: 7 of its octants
+    // three boxes, each of which fills a half-space around the origin: 7 of its octants
     EXPECT_EQ(
         kinds_of({{-9, -9, -9, 0, 6, 5}, {-9, -9, -9, 5, 0, 6}, {-9, -9, -9, 6, 5, 0}}, method).three_face,
         1u);
@@ -88,7 +88,7 @@ TEST(VertexKinds, AreThoseOfUnion3InGeneralPosition) {
 }
 
 TEST(VertexKinds, GoByTheMaskWhereFacesShareAPlane) {
-  // copies count once; a cube on a plate looks like edges that come out of it; an L has concave corners
+  // copies count once; a cube on a plate looks like edges through the plate; an L has concave corners
   EXPECT_EQ(kinds_of({{0, 0, 0, 5, 5, 5}, {0, 0, 0, 5, 5, 5}}), (VertexKinds{.visible_input = 8}));
   EXPECT_EQ(kinds_of({{0, 0, 0, 9, 9, 1}, {3, 3, 1, 6, 6, 4}}),
             (VertexKinds{.visible_input = 12, .edge_face = 4}));

@@ -1,4 +1,4 @@
-// Launches that were tuned: the file, who is asked first, and that a kernel gets what was chosen.
+// Tuned launches: the file, the order of precedence, and that a kernel gets the chosen launch.
 
 #include "host/tuning/tuning.hpp"
 
@@ -148,7 +148,7 @@ TEST(Tuning, TheEnvironmentSaysWhereTheFileIs) {
   restore("HOME", home);
 }
 
-/// Another name for the native device, which notes how kernels are loaded.
+/// The native device under another name, which records how kernels are loaded.
 class NotingDevice final : public NativeProxy {
  public:
   const DeviceInfo& info() const override { return info_; }

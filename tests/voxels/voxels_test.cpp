@@ -96,7 +96,7 @@ TEST(VoxelBoxes, OfKnownShapesAreAsFewAsTheDecompositionMakes) {
 }
 
 TEST(VoxelBoxes, ContinueAcrossSlabs) {
-  // Slices so large that each is a slab of its own: a bar along z, and one of the other two slices.
+  // Slices so large that each is a slab of its own. A bar runs along z, with one more voxel in another slice.
   Volume volume = volume_of(2500, 2000, 4, [](auto x, auto, auto) { return x == 3; });
   ASSERT_EQ(slices_at_once(volume.grid), 1u);
   volume.inside[volume.grid.slice() + 4] = 1;
@@ -177,7 +177,7 @@ Labelled label(const Volume& volume, Connectivity connectivity) {
   return result;
 }
 
-/// A flood from each voxel that has no label yet.
+/// Labels each voxel without a label by a flood fill.
 Labelled flood(const Volume& volume, Connectivity connectivity) {
   const auto [nx, ny, nz] = volume.grid.size;
   Labelled result;
@@ -230,7 +230,7 @@ TEST(VoxelLabels, AreThoseOfAFloodFromEveryVoxel) {
 }
 
 TEST(VoxelLabels, OfALargePorousBlockDoNotDependOnItsParts) {
-  // Many components that go through the parts that threads work on.
+  // Many components that cross the parts on which threads work.
   const Volume volume = generate_porous({150, 140, 130}, {.pores = 0.85, .feature = 3}, 4);
   for (const auto connectivity : {Connectivity::faces, Connectivity::points}) {
     const Labelled expected = flood(volume, connectivity);
@@ -273,7 +273,7 @@ TEST(GenerateVolume, AWiderFeatureMakesFewerBoxes) {
   }
 }
 
-/// FNV-1a: these volumes are the same on every machine.
+/// FNV-1a. These volumes are the same on every machine.
 std::uint64_t checksum(const Volume& volume) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const std::uint8_t byte : volume.inside) hash = (hash ^ byte) * 0x100000001b3;
