@@ -1,6 +1,6 @@
-// Times the way from boxes in memory to a B-rep and to a watertight triangle mesh, natively, over the peers'
-// input: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
-// Prints a Markdown table; times are medians, in seconds.
+// Times the way from boxes in memory to a B-rep and to a watertight triangle mesh, natively, on the input of
+// the peers: identical cubes at integer positions (see README.md). Each mesh is checked before it is timed.
+// Prints a Markdown table. Times are medians, in seconds.
 
 #include <fmt/format.h>
 
@@ -24,16 +24,16 @@ namespace {
 using namespace boxunion;
 
 constexpr int kUniverse = 32768;
-constexpr std::size_t kSparseOnly = 1'000'000;  // so many cubes and more
+constexpr std::size_t kSparseOnly = 1'000'000;  // from so many cubes on
 const Options kOptions{.device = "native"};
 
-/// Cubes of which the volumes add up to `volumes` universes, with low corners uniform on [0, kUniverse).
+/// Cubes whose volumes add up to `volumes` universes, with low corners uniform on [0, kUniverse).
 BoxSet cubes(std::size_t count, double volumes) {
   const auto edge = std::lround(kUniverse * std::cbrt(volumes / double(count)));
   return collect(generate_cubes(count, edge, kUniverse - 1 + edge, 12345));
 }
 
-/// Is every edge of the triangles matched by its opposite, and their volume that of the boxes?
+/// True if every edge of the triangles has its opposite, and their volume is that of the boxes.
 bool is_right(const Mesh& mesh, const MassProperties& mass) {
   std::vector<std::uint64_t> sides;
   long double six_volumes = 0;
@@ -70,7 +70,7 @@ void run(const Request& request, Tables& tables) {
       if (!is_right_kept() || !is_right(make_mesh(solid, NonManifold::split), mass))
         throw std::runtime_error(fmt::format("{} cubes of volume {}: wrong mesh", count, volumes));
       std::array<std::vector<double>, 5> times;
-      for (int r = 0; r < request.runs; ++r) {  // in turn, so that all see the same machine
+      for (int r = 0; r < request.runs; ++r) {  // in turn, so that all run under the same conditions
         times[0].push_back(seconds_to_sort(boxes));
         times[1].push_back(seconds_of([&] { unite(boxes, kOptions); }));
         times[2].push_back(seconds_of([&] { make_brep(unite(boxes, kOptions), NonManifold::keep); }));

@@ -1,5 +1,5 @@
 // The ratios by which the method cells is judged, each against a rival or against itself in the same run.
-// Every result is checked before it is timed. Prints Markdown tables; times are medians, in seconds.
+// Every result is checked before it is timed. Prints Markdown tables. Times are medians, in seconds.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -38,19 +38,19 @@ std::int64_t edge_of(std::uint64_t count, double sum) {
   return std::llround(32768 * std::cbrt(sum / double(count)));
 }
 
-/// Fails unless the volume is that of random cubes within sampling error.
+/// Fails unless the volume is that of random cubes, within the sampling error.
 void check_volume(const MassProperties& mass, std::uint64_t count, std::int64_t edge) {
   const double universe = std::pow(32768.0, 3), v = std::pow(double(edge), 3) / universe;
   const double expected = 1 - std::pow(1 - v, double(count));
   const double slack =
-      0.02 * expected + 6 * std::sqrt(v) * expected;  // boxes stay inside: borders are thinner
+      0.02 * expected + 6 * std::sqrt(v) * expected;  // boxes stay inside, so borders are thinner
   if (std::abs(mass.volume / universe - expected) > slack + 3 * double(edge) / 32768 * expected) {
     throw std::runtime_error(fmt::format("wrong volume {} for {} cubes of edge {}, expected about {}",
                                          mass.volume / universe, count, edge, expected));
   }
 }
 
-/// Wall and CPU seconds of measure: medians.
+/// Median wall and CPU seconds of `measure`.
 struct Times {
   double wall, cpu;
 };
@@ -86,7 +86,7 @@ void against_sort(Tables& tables) {
     for (const std::string& device : devices()) {
       if (device.starts_with("vulkan") && count > 5'000'000) continue;
       std::vector<double> ours, sorts, ratios;
-      for (int r = 0; r <= runs; ++r) {  // in turn, so that both see the same machine
+      for (int r = 0; r <= runs; ++r) {  // in turn, so that both run under the same conditions
         const double sort = seconds_to_sort(boxes);
         MassProperties mass;
         const double time = seconds_of([&] { mass = measure(boxes, {.device = device}); });
@@ -139,7 +139,7 @@ void threads(Tables& tables) {
   tables.add(boxes.size(), 2, two.wall, one.wall / two.wall);
 }
 
-/// CPU time of the whole run, the same cells on every device.
+/// CPU time of the whole run, for the same cells on every device.
 void by_device(Tables& tables) {
   tables.begin("devices", {"cubes", "volumes", "device", "cpu", "against_native"});
   for (const double sum : {0.015, 0.5}) {

@@ -1,7 +1,7 @@
-// Tables 1 and 2 of Cruz-Matías and Ayala, CUDB, on generated volumes of the sizes of theirs: bytes of the
-// models, seconds of the conversions and of labelling, each as XYZ, with their figures beside. Conversions to
-// boxes include the neighbor lists, as theirs do. Every result is checked before it is timed. Prints
-// Markdown; times are medians.
+// Tables 1 and 2 of Cruz-Matías and Ayala (CUDB), on generated volumes of the same sizes: bytes of the
+// models, and seconds of the conversions and of labelling, for the order XYZ, beside their figures.
+// Conversions to boxes include the neighbor lists, as theirs do. Every result is checked before it is timed.
+// Prints Markdown. Times are medians.
 
 #include <map>
 #include <stdexcept>
@@ -20,20 +20,20 @@
 namespace boxunion {
 namespace {
 
-/// A row of their tables; bytes, boxes, seconds.
+/// A row of their tables: bytes, boxes, seconds.
 struct Published {
   std::size_t evm_bytes, oudb_bytes, cudb_bytes, oudb_boxes, cudb_boxes;
   double evm_to_oudb, evm_to_cudb, oudb_to_evm, cudb_to_evm, label_oudb, label_cudb;
 };
 
-/// Their labelling (section 3.5, algorithms 3 to 5), the rival: two passes over the boxes with a map of
+/// The rival: their labelling (section 3.5, algorithms 3 to 5), in two passes over the boxes with a map of
 /// equivalences.
 class TwoPassLabels {
  public:
   explicit TwoPassLabels(const Adjacency& adjacency) : labels_(adjacency.backward[0].offsets.size() - 1, 0) {
     std::uint32_t next = 1;
     for (std::size_t i = 0; i < labels_.size(); ++i) {
-      std::uint32_t lowest = labels_[i];  // a box may have its label from one that it is backward of
+      std::uint32_t lowest = labels_[i];  // a box may have got its label from a forward neighbor
       const auto for_each_neighbor = [&](auto&& f) {
         for (const NeighborLists& lists : adjacency.backward)
           for (const std::uint32_t other : lists[i]) f(labels_[other]);
@@ -61,7 +61,7 @@ class TwoPassLabels {
   const std::vector<std::uint32_t>& labels() const { return labels_; }
 
  private:
-  /// a >= b
+  /// a must be at least b
   void make_equivalence(std::uint32_t a, std::uint32_t b) {
     if (a == b) return;
     const auto [i, is_new] = equivalences_.emplace(a, b);

@@ -1,6 +1,6 @@
-// One case of bench/families in a process of its own: a family of boxes, in some order, and what is made of
-// its union. Prints JSON: boxes, vertices and boxes of the result, the least wall and processor seconds of as
-// many runs as fit a time (at least one), and the peak memory of the process after the first run.
+// One case of bench/families in a process of its own: a family of boxes in some order, and a model of its
+// union. Prints JSON: boxes, vertices and boxes of the result, the least wall and processor seconds of as
+// many runs as fit a time limit (at least one), and the peak memory of the process after the first run.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -23,7 +23,7 @@
 namespace boxunion {
 namespace {
 
-/// How large a result is.
+/// The size of a result.
 struct Output {
   std::uint64_t vertices = 0, boxes = 0;
 };
@@ -56,7 +56,7 @@ using Work = Output (*)(const BoxSet&);
 const std::map<std::string, Work> kWorks = {
     {"measure", run_measure}, {"boundary", run_boundary}, {"decompose", run_decompose}, {"label", run_label}};
 
-/// The most memory that this program has held; what it was before it became this program does not count.
+/// The peak memory of this program, without that of the process before it became this program.
 std::uint64_t peak_bytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)

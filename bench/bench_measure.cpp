@@ -1,6 +1,5 @@
-// Times `measure` by every method on every device, over the same boxes. Each result is checked against the
-// one of the cells on the native device before anything is timed. At the end: the ratio of the medians to
-// that one's.
+// Times `measure` by every method on every device, for the same boxes. Each result is first checked against
+// that of the cells on the native device. At the end, prints the ratios of the medians to that case.
 
 #include <benchmark/benchmark.h>
 
@@ -45,7 +44,7 @@ std::vector<Input> inputs() {
   return all;
 }
 
-/// Prints as the console does and keeps the medians.
+/// Prints like the console reporter and keeps the medians.
 class RatioReporter : public benchmark::ConsoleReporter {
  public:
   void ReportRuns(const std::vector<Run>& runs) override {
@@ -53,7 +52,7 @@ class RatioReporter : public benchmark::ConsoleReporter {
       if (run.aggregate_name == "median") medians_[run.run_name.function_name] = run.GetAdjustedRealTime();
     ConsoleReporter::ReportRuns(runs);
   }
-  /// Of every benchmark to input/cells/native.
+  /// Prints the ratio of every benchmark to input/cells/native.
   void print_ratios() const {
     std::printf("\n%-48s %s\n", "median", "times cells on native");
     for (const auto& [name, time] : medians_) {

@@ -1,10 +1,10 @@
 // The experiment of López Monterde et al., figures 6 and 7: seconds to the B-rep of random sets of boxes, by
-// their number and density. Prints a Markdown table; times are medians over the sets.
+// their number and density. Prints a Markdown table. Times are medians over the sets.
 //
-// Density is theirs: (n r / 2 - n^2) / (n^3 - n^2) for n boxes and r rectangles in all slices together. Where
-// a slice is taken after each of the 2 n faces normal to z, that is the mean number of rectangles a slice,
-// from 1 (0) to n (1). Random boxes have random ends on each axis, which gives about 1/3; sparser ones have a
-// fixed length along z.
+// Density is theirs: (n r / 2 - n^2) / (n^3 - n^2) for n boxes and r rectangles in all slices together. With
+// a slice after each of the 2 n faces normal to z, this is the mean number of rectangles in a slice, on a
+// scale from 1 (0) to n (1). Random boxes have random ends on each axis, which gives about 1/3. Sparser sets
+// have a fixed length along z.
 
 #include <algorithm>
 #include <array>
@@ -22,10 +22,10 @@ namespace boxunion {
 namespace {
 
 constexpr int kUniverse = 1 << 20;
-constexpr double kRandomEnds = 1;                              // stands for a length along z
+constexpr double kRandomEnds = 1;                              // instead of a length along z
 constexpr double kLengths[] = {0.01, 0.05, 0.2, kRandomEnds};  // in universes
 
-/// Boxes with random ends on x and y, and on z ends `length` universes apart.
+/// Boxes with random ends on x and y. On z, the ends are `length` universes apart.
 std::vector<IntegerBox> random_boxes(std::size_t count, double length, int seed) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
   const auto below = [&](int end) { return int(random() % std::uint64_t(end)); };
@@ -46,7 +46,7 @@ std::vector<IntegerBox> random_boxes(std::size_t count, double length, int seed)
 
 /// The paper's density, with a slice after each face normal to z.
 double density(const std::vector<IntegerBox>& boxes) {
-  std::vector<std::pair<int, int>> faces;  // z, and how many rectangles come
+  std::vector<std::pair<int, int>> faces;  // z, and the number of rectangles that begin there
   for (const IntegerBox& box : boxes) {
     faces.emplace_back(box[2], 1);
     faces.emplace_back(box[5], -1);
@@ -59,9 +59,9 @@ double density(const std::vector<IntegerBox>& boxes) {
   return (n * rectangles / 2 - n * n) / (n * n * n - n * n);
 }
 
-constexpr std::size_t kMostSliced = 500;  // their method takes seconds beyond
+constexpr std::size_t kMostSliced = 500;  // their method takes seconds for more
 
-/// Seconds of the way to the B-rep by a method; `vertices` checks it.
+/// Seconds to the B-rep by a method. `vertices` is compared between methods.
 double seconds_by(Method method, const BoxSet& boxes, std::size_t& vertices) {
   return median_seconds(method == Method::cells ? 3 : 1, [&] {
     const Solid solid = unite(boxes, {.method = method, .device = "native"});

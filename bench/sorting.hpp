@@ -10,7 +10,8 @@
 
 namespace boxunion {
 
-/// Wall seconds of the yardstick: sorting the boxes' corner coordinates as doubles, one sort an axis.
+/// Wall seconds of the yardstick: sorting the corner coordinates of the boxes as doubles, one sort for each
+/// axis.
 inline double seconds_to_sort(const BoxSet& boxes) {
   double seconds = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {

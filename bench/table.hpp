@@ -9,18 +9,18 @@
 
 namespace boxunion {
 
-/// The tables of a benchmark: printed as Markdown row by row, and kept for a file of JSON, an array of rows a
-/// table, each an object by the names of the columns.
+/// The tables of a benchmark. They are printed as Markdown, row by row, and kept for a JSON file: an array of
+/// rows for each table, in which a row is an object by the names of the columns.
 class Tables {
  public:
-  /// Begins a table, or goes on with the last one.
+  /// Begins a table, or continues the last one.
   void begin(const std::string& name, std::vector<std::string> columns);
-  /// A row of as many cells as there are columns: numbers or texts.
+  /// Adds a row with a cell for each column. Cells are numbers or texts.
   template <class... Cells>
   void add(const Cells&... cells) {
     add_row({cell(cells)...});
   }
-  /// Throws Error(resources) where that fails.
+  /// Writes the JSON file. Throws Error(resources) if that fails.
   void write(const std::string& path) const;
 
  private:

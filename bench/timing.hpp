@@ -17,7 +17,7 @@ double seconds_of(F&& f) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Small work is timed again and again for so many seconds, so that caches and threads are warm.
+/// Small work is repeated for so many seconds, so that caches and threads are warm.
 constexpr double kTurn = 0.25;
 
 inline double median(std::vector<double> values) {

@@ -2,7 +2,7 @@
 //
 //   peer_boost_polygon contour|loops FILE
 //
-// contour: the edges of the union, the form in which the library keeps a set; loops: polygons with holes.
+// contour: the edges of the union, in the form in which the library keeps a set. loops: polygons with holes.
 
 #include <boost/polygon/polygon.hpp>
 #include <boost/version.hpp>

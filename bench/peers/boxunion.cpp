@@ -30,7 +30,7 @@ using nlohmann::json;
 
 const std::string kVersion = "boxunion";
 
-/// The area within a closed polygon as a vector, by its corners; see add().
+/// The vector area of a closed polygon, given its corners; see add().
 std::array<double, 3> vector_area(std::span<const Point> points, std::span<const std::uint32_t> loop) {
   std::array<double, 3> sum{};
   const Point& o = points[loop[0]];
@@ -44,10 +44,10 @@ std::array<double, 3> vector_area(std::span<const Point> points, std::span<const
   return sum;
 }
 
-/// Volume and area by the surface itself, so that they check it.
+/// Volume and area, computed from the surface itself as a check.
 struct Surface {
   double three_volumes = 0, area = 0;
-  /// A polygon seen counter-clockwise from outside, or (area < 0) a hole in one.
+  /// Adds a polygon seen counter-clockwise from outside, or (area < 0) a hole in one.
   void add(const Point& corner, const std::array<double, 3>& vector, double area_of_it) {
     three_volumes += corner[0] * vector[0] + corner[1] * vector[1] + corner[2] * vector[2];
     area += area_of_it;
@@ -86,7 +86,7 @@ json describe(const Mesh& mesh) {
           {"triangles", mesh.triangles.size()}};
 }
 
-/// The corners of the squares' union, with their quadrants.
+/// Describes the corners of the union of squares, with their quadrants.
 json describe(const Contour& contour) {
   double area = 0;
   std::uint64_t corners = 0;
@@ -101,7 +101,7 @@ json describe(const Contour& contour) {
   return {{"area", area}, {"corners", corners}};
 }
 
-/// The same as polygons with holes.
+/// The union of squares as polygons with holes.
 struct Polygons {
   Contour contour;
   Faces faces;
@@ -139,8 +139,8 @@ struct VoxelLabels {
   Array<std::uint32_t> labels;
   std::size_t components = 0;
 };
-/// The checksum is of labels numbered in the order of their first voxels, as ours are: the sum of
-/// label * (2 * index + 1), modulo 2^64.
+/// The checksum is over labels numbered in the order of their first voxels, as ours are: the sum of label *
+/// (2 * index + 1), modulo 2^64.
 json describe(const VoxelLabels& result) {
   std::uint64_t checksum = 0;
   for (std::uint64_t i = 0; i < result.labels.size(); ++i) checksum += result.labels[i] * (2 * i + 1);

@@ -34,7 +34,7 @@ Nef unite(const boxunion::BoxSet& boxes) {
 
 using Vector = Kernel::Vector_3;
 
-/// The area within a facet as a vector that points outwards, and volume under it, as a pyramid to the origin.
+/// The vector area of a facet, pointing outwards, and the volume of the pyramid from it to the origin.
 struct Pyramid {
   Vector area{CGAL::NULL_VECTOR};
   Kernel::FT six_volumes = 0;
@@ -57,11 +57,12 @@ Pyramid pyramid_of(Nef::Halffacet_const_handle facet) {
   return sum;
 }
 
-/// From the facets themselves: converted to a mesh, a polyhedron loses its volume at non-manifold edges.
+/// Measures the facets themselves: a polyhedron that is converted to a mesh loses volume at non-manifold
+/// edges.
 nlohmann::json describe(const Nef& nef) {
   Kernel::FT six_volumes = 0, area = 0;
   for (auto facet = nef.halffacets_begin(); facet != nef.halffacets_end(); ++facet) {
-    if (facet->incident_volume()->mark()) continue;  // the other half of it looks outwards
+    if (facet->incident_volume()->mark()) continue;  // the other half of the facet points outwards
     const Pyramid pyramid = pyramid_of(facet);
     six_volumes += pyramid.six_volumes;
     area += CGAL::abs(pyramid.area.x()) + CGAL::abs(pyramid.area.y()) + CGAL::abs(pyramid.area.z());

@@ -11,11 +11,11 @@
 
 #include "bench/timing.hpp"
 
-// One side of a comparison is a program of its own. It reads its input, says what it is with a line of JSON
-// ({"version": ...}). Each line on its standard input is a turn: it computes, again and again while a quarter
-// of a second is not over, and answers with a line: {"seconds": median, "answer": {...}} or {"error": "..."}.
-// So bench/peers/run has all sides compute in turn, each with its caches and threads warm, and stops one that
-// takes too long.
+// A side of a comparison is a program. It reads its input and prints a line of JSON that says what it is
+// ({"version": ...}). Each line on its standard input is a turn: it computes repeatedly for a quarter of a
+// second, at least once, and answers with a line: {"seconds": median, "answer": {...}} or {"error": "..."}.
+// bench/peers/run thus lets all sides compute in turn, each with its caches and threads warm, and stops a
+// side that takes too long.
 
 namespace boxunion::peers {
 
@@ -23,7 +23,7 @@ inline void say(const nlohmann::json& line) {
   std::cout << line << std::endl;
 }
 
-/// Answers every line: compute() is timed, describe(result) tells volume, area and counts of what it found.
+/// Answers every line. compute() is timed. describe(result) returns volume, area and counts of the result.
 template <class Compute, class Describe>
 void contend(const std::string& version, Compute&& compute, Describe&& describe) {
   say({{"version", version}});
@@ -35,7 +35,7 @@ void contend(const std::string& version, Compute&& compute, Describe&& describe)
         seconds.push_back(seconds_of([&] { result = std::make_unique<decltype(compute())>(compute()); }));
       }
       const nlohmann::json answer = describe(*result);
-      result.reset();  // now, so that it does not take the other side's time
+      result.reset();  // now, so that it takes no time from the other side
       say({{"seconds", median(std::move(seconds))}, {"answer", answer}});
     } catch (const std::exception& e) {
       say({{"error", e.what()}});
