@@ -1,4 +1,4 @@
-"""What the scripts of bench share: the machine, results as JSON, Markdown tables, and their virtual environment."""
+"""Shared by the scripts of bench: the machine, results as JSON, Markdown tables, and a virtual environment."""
 
 import datetime
 import json
@@ -20,7 +20,7 @@ REQUIREMENTS = BENCH / "peers" / "requirements.txt"
 
 
 def output_of(*command):
-    """What a command prints, or nothing if it is not there or fails."""
+    """The output of a command, or nothing if it is missing or fails."""
     try:
         return subprocess.run(command, cwd=SOURCE, check=True, capture_output=True, text=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
@@ -31,7 +31,7 @@ LOAD_BEFORE = os.getloadavg()[0]
 
 
 def context(command):
-    """Where, when and from what sources results come. `load` is the machine's before the command began."""
+    """The machine, date and sources of results. `load` is that of the machine before the command began."""
 
     def find(pattern, path):
         found = re.search(pattern, pathlib.Path(path).read_text()) if os.path.exists(path) else None
@@ -56,7 +56,7 @@ def context(command):
 
 
 def write(path, results):
-    """Writes JSON as a whole or not at all, a record a line."""
+    """Writes JSON as a whole or not at all, one record per line."""
     text = json.dumps(results, indent=1)
     text = re.sub(r"\{\s+([^{}\[\]]*?)\s+\}", lambda m: "{" + re.sub(r"\s*\n\s*", " ", m[1]) + "}", text)
     path = pathlib.Path(path)
@@ -71,7 +71,7 @@ def read(path):
 
 
 def three_digits(value):
-    """A number in three digits, without exponent: 0.00123, 12.3, 1230."""
+    """A number with three digits and without exponent: 0.00123, 12.3, 1230."""
     if value == 0:
         return "0"
     text = f"{float(f'{value:.3g}'):.12f}".rstrip("0").rstrip(".")
@@ -84,7 +84,7 @@ def three_digits(value):
 
 
 def table(header, rows):
-    """A Markdown table of anything that has a text."""
+    """A Markdown table of the texts of any values."""
     lines = ["| " + " | ".join(map(str, row)) + " |" for row in [header, *rows]]
     return "\n".join([lines[0], "|" + "---|" * len(header), *lines[1:]])
 
@@ -97,7 +97,10 @@ def exponent(points):
 
 
 def virtual_python():
-    """The Python of build/venv with what requirements.txt pins, made if need be; None, and why on standard error, if not."""
+    """The Python of build/venv, which is made if needed, with the packages of requirements.txt.
+
+    None, with a message on standard error, if that fails.
+    """
     folder = SOURCE / "build" / "venv"
     python, stamp = folder / "bin" / "python", folder / "requirements.txt"
     if stamp.exists() and stamp.read_text() == REQUIREMENTS.read_text():

@@ -1,6 +1,6 @@
 # Sourced by ./demo and ./check: the packages they need, on Debian and its relatives.
 
-# need PACKAGE...: installs those that are missing, or says what is missing and exits.
+# need PACKAGE...: installs the missing packages, or prints which are missing and exits.
 need() {
   command -v dpkg-query >/dev/null && command -v apt-get >/dev/null || {
     echo "This is no Debian, so nothing is installed. Needed, under their Debian names: $*" >&2
@@ -31,13 +31,13 @@ need() {
   rm -f "$log"
 }
 
-# What it takes to build the library and the command, and to have an OpenCL and a Vulkan device on any CPU.
+# Packages to build the library and the command, and for an OpenCL and a Vulkan device on any CPU.
 build_packages=(
   g++ cmake ninja-build libtbb-dev libfmt-dev libcli11-dev libfast-float-dev nlohmann-json3-dev libboost-dev zlib1g-dev
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libvulkan-dev mesa-vulkan-drivers glslang-tools libtiff-dev
 )
-# What the tests, benchmarks and checkers need besides.
+# Further packages for the tests, benchmarks and checkers.
 check_packages=(
   libgtest-dev librapidcheck-dev libgmp-dev libbenchmark-dev lib3mf-dev
   clang clang-format python3 spirv-tools oclgrind vulkan-validationlayers valgrind

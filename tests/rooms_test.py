@@ -50,7 +50,7 @@ for room in rooms:
     for other in sorted(may_use[name(room)] - uses.keys()):
         faults.append(f"{name(room)}/README.md names {other}, which no file there includes")
 
-# Take away rooms that stand on nothing that is left, floor by floor.
+# Repeatedly remove the rooms that use none of the remaining rooms.
 left = dict(may_use)
 while floor := [room for room, uses in left.items() if not uses & left.keys()]:
     for room in floor:

@@ -10,7 +10,7 @@ from contender import contend
 
 
 def checksum(labels):
-    """The sum of label * (2 * index + 1) modulo 2^64, of labels renumbered in the order of their first voxels."""
+    """The sum of label * (2 * index + 1) modulo 2^64, for labels renumbered in the order of their first voxels."""
     flat = labels.ravel()
     count = int(flat.max())
     first = numpy.zeros(count + 1, numpy.int64)

@@ -1,4 +1,4 @@
-"""One side of a comparison in Python; see contender.hpp for what it says and hears."""
+"""One side of a comparison in Python; contender.hpp describes the protocol."""
 
 import json
 import statistics
@@ -19,7 +19,7 @@ TURN = 0.25  # kTurn of bench/timing.hpp
 
 
 def contend(version, compute, describe):
-    """Answers every line of standard input: compute() is timed, describe(result) is not."""
+    """Answers every line of standard input. compute() is timed, describe(result) is not."""
 
     def say(line):
         print(json.dumps(line), flush=True)

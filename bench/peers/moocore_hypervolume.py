@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""moocore_hypervolume.py FILE: the volume of boxes with their upper corner in common, by moocore."""
+"""moocore_hypervolume.py FILE: the volume of boxes with a common upper corner, by moocore."""
 
 import importlib.metadata
 import sys

@@ -15,7 +15,7 @@ def area(inside):
 
 
 def extreme_vertices(inside):
-    """Points with an odd number of voxels inside round them."""
+    """Points with an odd number of inside voxels around them."""
     odd = numpy.pad(inside, 1)
     for axis in range(3):
         low, high = [slice(None)] * 3, [slice(None)] * 3

@@ -1,4 +1,4 @@
-"""The sides of a comparison as processes that compute whenever they are asked to; contender.hpp says what they say and hear."""
+"""The sides of a comparison as processes that compute on request; contender.hpp describes the protocol."""
 
 import json
 import os
@@ -7,7 +7,7 @@ import subprocess
 
 
 class Failed(Exception):
-    """The side did not give an answer."""
+    """The side gave no answer."""
 
 
 class OutOfTime(Failed):
@@ -15,7 +15,7 @@ class OutOfTime(Failed):
 
 
 class Side:
-    """A process that computes whenever it is asked to; see contender.hpp."""
+    """A process that computes on request; see contender.hpp."""
 
     def __init__(self, command):
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -37,7 +37,7 @@ class Side:
         return json.loads(line)
 
     def ask(self, limit):
-        """(seconds, answer) of one more computation."""
+        """Computes once more and returns (seconds, answer)."""
         self.process.stdin.write(b"\n")
         self.process.stdin.flush()
         said = self.listen(limit)

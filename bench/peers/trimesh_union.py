@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""trimesh_union.py FILE: the union of boxes by trimesh, which has Manifold do it. Making the boxes is not timed."""
+"""trimesh_union.py FILE: the union of boxes by trimesh, which calls Manifold. Making the boxes is not timed."""
 
 import sys
 

@@ -60,7 +60,7 @@ def project(p):
 
 
 def outlines(triangles):
-    """Closed polygons round some triangles of the grid: the sides that only one of them has, collinear ones joined."""
+    """Closed polygons around some triangles of the grid: the sides that only one triangle has, with collinear sides joined."""
     after = defaultdict(set)
     for p, q, r in triangles:
         if (q[0] - p[0]) * (r[1] - p[1]) < (q[1] - p[1]) * (r[0] - p[0]):
