@@ -1,5 +1,5 @@
-// What TileCutter does only for boolean expressions: simplifies them region by region, keeps the boxes of
-// their operands apart, and writes the cells' programs.
+// The part of TileCutter for boolean expressions: simplifies them region by region, keeps the boxes of their
+// operands separate, and writes the programs of cells.
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// Clusters of an expression that is nothing where there are no boxes.
+/// Finds the clusters of an expression that is false wherever there are no boxes.
 void TileCutter::cut_clusters(const PackedRegion& tile, Steps steps) {
   batch_->boxes.insert(batch_->boxes.end(), boxes_.begin(), boxes_.end());
   const auto add_cluster = [&](Items cluster) {
@@ -31,7 +31,7 @@ void TileCutter::cut_clusters(const PackedRegion& tile, Steps steps) {
     statistics_.items += cluster.size();
   };
   for (const std::uint32_t& i : clusters_.lone()) add_cluster({&i, 1});
-  std::vector<std::uint32_t> members;  // by operand, as boxes are
+  std::vector<std::uint32_t> members;  // sorted by operand, like the boxes
   const auto sorted = [&](Items items) {
     members.assign(items.begin(), items.end());
     std::ranges::sort(members);
@@ -51,7 +51,7 @@ bool TileCutter::is_empty_without_boxes(Steps steps) {
   return simplify(steps, presence_, cluster_.steps) == Filling::nothing;
 }
 
-/// Simplifies an expression in a region. If it varies there, steps and items become those that are left, in
+/// Simplifies an expression in a region. If it varies there, steps and items become the remaining ones, in
 /// memory of `level`.
 Filling TileCutter::reduce(const PackedRegion& region, Items& items, Steps& steps, Level& level) {
   std::ranges::fill(presence_, Presence::absent);
@@ -82,7 +82,7 @@ void TileCutter::each_operand(Items items, F&& f) const {
   }
 }
 
-/// Drops hidden boxes; only boxes of the same operand hide each other.
+/// Drops hidden boxes. Only boxes of the same operand hide each other.
 TileCutter::Items TileCutter::drop_hidden_by_operand(const PackedRegion& region, Items items,
                                                      Level& level) const {
   level.visible.clear();
@@ -93,7 +93,7 @@ TileCutter::Items TileCutter::drop_hidden_by_operand(const PackedRegion& region,
   return level.visible;
 }
 
-/// Goes on with half of a region whose boxes are stack_[begin ..].
+/// Continues with half of a region, whose boxes are stack_[begin ..].
 void TileCutter::halve_expression(const PackedRegion& half, std::size_t begin, Steps steps,
                                   std::size_t depth) {
   if (halvings_.size() == depth) halvings_.emplace_back();
@@ -106,8 +106,7 @@ void TileCutter::halve_expression(const PackedRegion& half, std::size_t begin, S
   halve(half, begin, steps, depth + 1);
 }
 
-/// Removes from stack_[begin ..] what merge_equal_clips finds; of an expression, among the boxes of each
-/// operand.
+/// Removes equal clips from stack_[begin ..]. For an expression, clips are equal only within an operand.
 void TileCutter::merge(const PackedRegion& region, std::size_t begin, Steps steps) {
   const std::span<std::uint32_t> items = std::span(stack_).subspan(begin);
   std::size_t count = 0;
@@ -124,7 +123,7 @@ void TileCutter::merge(const PackedRegion& region, std::size_t begin, Steps step
   stack_.resize(begin + count);
 }
 
-/// Tells the kernel what the last cell is; the reach of one with steps is the kernel's business.
+/// Appends the last cell's program. If it has steps, the kernel finds the reach of the cell.
 void TileCutter::add_program(const PackedRegion& region, Items items, Steps steps) {
   if (steps.empty()) {
     batch_->programs.emplace_back();

@@ -16,8 +16,8 @@ constexpr Corner unpack(std::uint64_t p) {
   return {packed::field(p, 0), packed::field(p, 1), packed::field(p, 2)};
 }
 
-// How two intervals that touch lie to each other: 3 * (order of the low ends) + order of the high ends, each
-// 0 to 2, or one ends where the other begins.
+// The relation of two intervals that touch: 3 * (order of the low ends) + order of the high ends, each 0 to
+// 2; or one interval ends where the other begins.
 constexpr unsigned kEndsAt = 9, kBeginsAt = 10, kRelations = 11;
 
 constexpr unsigned relation(std::uint32_t a_lo, std::uint32_t a_hi, std::uint32_t b_lo, std::uint32_t b_hi) {
@@ -27,7 +27,7 @@ constexpr unsigned relation(std::uint32_t a_lo, std::uint32_t a_hi, std::uint32_
   return 3 * order(a_lo, b_lo) + order(a_hi, b_hi);
 }
 
-/// Intervals on 0 .. 3 for every relation: bit i stands for (i, i + 1), as far as one of the two covers it.
+/// Two intervals on 0 .. 3 for every relation. Bit i is set if the interval covers (i, i + 1).
 struct Intervals {
   unsigned a, b;
 };
@@ -39,11 +39,12 @@ constexpr Intervals example(unsigned relation) {
   return {interval(low == 2, high == 2 ? 3 : 2), interval(low == 0, high == 0 ? 3 : 2)};
 }
 
-/// The sides of point p (1 low, 2 high) that an interval fills.
+/// The sides of point p (1 low, 2 high) that an interval fills, as bits.
 constexpr unsigned sides(unsigned interval, unsigned p) {
   return (interval << 1 >> p) & 3;
 }
-/// The quadrants or octants that a box fills: those of the axes so far, on the sides of one axis more.
+/// The quadrants or octants that a box fills: `filled` on the previous axes, extended by the sides of one
+/// more axis.
 constexpr unsigned extend(unsigned filled, unsigned width, unsigned sides) {
   return (sides & 1) * filled | ((sides >> 1) * filled) << width;
 }
@@ -77,7 +78,7 @@ PairTable make_pair_table() {
   return table;
 }
 
-/// Made when first needed: more work than compilers want to do.
+/// Made when first needed, because it is too much work for compilers.
 const PairTable& pair_table() {
   static const PairTable table = make_pair_table();
   return table;
@@ -114,7 +115,7 @@ void add_pair(LatticeSums& sums, const PackedBox& a, const PackedBox& b) {
   sums.add_box(b_lo, b_hi, {2, 2, 2});
   sums.add_box(lo, hi, {2, 2, 2}, -1);
   const PairTable& table = pair_table();
-  // so far 4 edges along what is shared, and 8 vertices
+  // so far 4 edges along the intersection, and 8 vertices, are subtracted
   for (unsigned c = 0; c < 3; ++c) {
     const std::int64_t corners = table.corners[kRelations * related[(c + 2) % 3] + related[(c + 1) % 3]];
     sums.length[c] += (corners - 4) * (std::int64_t{hi[c]} - lo[c]);

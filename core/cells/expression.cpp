@@ -27,7 +27,7 @@ struct Token {
   Kind kind = Kind::end;
   std::string_view text;
   std::size_t position = 0;
-  Step::Kind operation{};  // if it is one
+  Step::Kind operation{};  // of an operation
 
   std::string quoted() const { return kind == Kind::end ? "the end" : fmt::format("'{}'", text); }
 };
@@ -86,7 +86,7 @@ std::vector<Token> tokens_of(std::string_view text) {
   return tokens;
 }
 
-/// Dijkstra's shunting yard. It makes a tree, whose nodes know how many stack places their steps need.
+/// Dijkstra's shunting yard. It makes a tree whose nodes know how many places on the stack their steps need.
 class Parser {
  public:
   void parse(std::string_view text) {
@@ -99,9 +99,9 @@ class Parser {
     }
   }
 
-  /// The steps of the tree: of two results the one that needs more places comes first.
+  /// The steps of the tree. Of two results, the one that needs more places comes first.
   std::vector<Step> steps() const {
-    std::vector<Step> steps;  // from the last one to the first
+    std::vector<Step> steps;  // last to first
     for (std::vector<std::uint32_t> open = results_; !open.empty();) {
       const Node& node = nodes_[open.back()];
       open.pop_back();
@@ -138,7 +138,7 @@ class Parser {
     return node;
   }
 
-  /// A name or an opening parenthesis. Does an operand still have to come?
+  /// Takes a name or an opening parenthesis. Returns true if an operand must still follow.
   bool take_operand(const Token& token) {
     switch (token.kind) {
       case Token::Kind::name:
@@ -164,7 +164,7 @@ class Parser {
     }
   }
 
-  /// What follows an operand. Does another one have to come?
+  /// Takes what follows an operand. Returns true if another operand must follow.
   bool take_operation(const Token& token) {
     switch (token.kind) {
       case Token::Kind::operation:
@@ -185,7 +185,7 @@ class Parser {
     }
   }
 
-  /// Applies the operations that wait, back to a parenthesis or to one that binds less.
+  /// Applies the waiting operations, back to a parenthesis or to an operation that binds less.
   void reduce(int least) {
     while (!waiting_.empty() && waiting_.back().kind == Token::Kind::operation &&
            precedence(waiting_.back().operation) >= least) {
@@ -246,7 +246,7 @@ bool is_union(std::span<const Step> steps) {
 }
 
 Filling simplify(std::span<const Step> steps, std::span<const Presence> presence, std::vector<Step>& result) {
-  // of every result on the stack, where its steps begin; a constant has none
+  // for every result on the stack: the begin of its steps, and its value if it is constant
   struct Value {
     std::size_t begin;
     Filling filling;
@@ -284,7 +284,7 @@ Filling simplify(std::span<const Step> steps, std::span<const Presence> presence
     const bool b_is_constant = b.filling != Filling::varies;
     const bool constant = (b_is_constant ? b : a).filling == Filling::everything;
     const Filling other = b_is_constant ? a.filling : b.filling;
-    // the result is the other one, its complement, or a constant
+    // the result is the other operand, its complement, or a constant
     const auto settle = [&](bool value) {
       result.resize(a.begin);
       a.filling = value ? Filling::everything : Filling::nothing;
@@ -300,7 +300,7 @@ Filling simplify(std::span<const Step> steps, std::span<const Presence> presence
       case Kind::symmetric_difference:
         if (constant) complement(a);
         break;
-      default:  // a difference, from the constant or from the other one
+      default:  // a difference: either the constant or the other operand is subtracted
         if ((step.kind == Kind::difference) == b_is_constant) {
           if (constant) settle(false);
         } else if (constant) {

@@ -17,8 +17,8 @@ namespace {
 constexpr double kMostInTile = 2000;  // so many boxes stay in cache, and sweeps over them are narrow
 constexpr double kEnoughTiles = 8;    // for several threads
 constexpr std::size_t kMostTiles = 1u << 20;
-constexpr double kMostMisjudged = 2;   // times its estimate, of tiles that boxes touch
-constexpr double kFewTiles = 1 << 14;  // that do no harm, whatever the estimate
+constexpr double kMostMisjudged = 2;   // factor of the estimate of touched tiles
+constexpr double kFewTiles = 1 << 14;  // so many tiles are harmless, whatever the estimate
 
 constexpr std::size_t kMostChunks = 8;
 constexpr double kLeastBlock = 8, kMostBlock = 64;  // words
@@ -30,7 +30,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources,
                               std::size_t sample) {
   Plan whole =
       plan(sources, {{0, 0, 0}, {counts[0] + 1, counts[1] + 1, counts[2] + 1}}, max_log_edge, least, sample);
-  whole.end.fill(Axis::kOrdinalMax);  // nothing lies beyond
+  whole.end.fill(Axis::kOrdinalMax);  // nothing lies beyond it
   return whole;
 }
 
@@ -66,7 +66,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   count_tiles();
   plan.touched = touched(plan.log_edge);
   const double wanted = std::clamp(double(n) / kEnoughTiles, double(least), kMostInTile);
-  const auto in_full_tile = [&] {  // boxes of one that lies within the region, on average
+  const auto in_full_tile = [&] {  // average number of boxes in a tile that lies within the region
     double boxes = double(n);
     for (int a = 0; a < 3; ++a)
       boxes *= std::min(1.0, std::ldexp(1.0, plan.log_edge[a]) / double(region.hi[a] - region.lo[a]));
@@ -76,7 +76,7 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
     // halve the axis that duplicates the fewest boxes
     int best = -1;
     double best_touched = 0;
-    for (int a = 2; a >= 0; --a) {  // of equals the longest, x last: see Clusters
+    for (int a = 2; a >= 0; --a) {  // of equal axes the longest, x last: see Clusters
       if (plan.log_edge[a] <= 4) continue;
       auto log_edge = plan.log_edge;
       --log_edge[a];
@@ -102,10 +102,10 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::ato
     chunks_[c].begin = source.size() * c / chunks_.size();
     chunks_[c].end = source.size() * (c + 1) / chunks_.size();
   }
-  // no more than half of a share may be empty, so small shares have small blocks
+  // at most half of a share may be empty, so small shares have small blocks
   const double share = double(source.size()) * plan.touched / double(plan.count() * chunks_.size());
   block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
-  for (Chunk& chunk : chunks_) chunk.most_touched = plan.most_touched / 2;  // boxes may come sorted by size
+  for (Chunk& chunk : chunks_) chunk.most_touched = plan.most_touched / 2;  // boxes may be sorted by size
   covered_.assign(size(), 0);
   parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) scatter(source, chunks_[c]);
@@ -138,14 +138,14 @@ void TileGrid::gather(std::size_t tile, std::vector<PackedBox>& boxes) const {
   PackedBox* out = boxes.data() + before;
   std::uint64_t first = 0;
   for (std::size_t p = first_[tile]; p < first_[tile + 1]; ++p) {
-    if (p + 2 < pieces_.size())  // pieces lie anywhere
+    if (p + 2 < pieces_.size())  // prefetch, because pieces are scattered
       for (std::size_t i = 0; i < pieces_[p + 2].size(); i += 8) __builtin_prefetch(&pieces_[p + 2][i]);
     for (const std::uint64_t word : pieces_[p]) out += words_.decode(word, first, *out);
   }
   boxes.resize(std::size_t(out - boxes.data()));
 }
 
-/// Calls f(box) for a chunk's boxes; sees an interruption soon.
+/// Calls f(box) for the boxes of a chunk. Checks for an interrupt now and then.
 template <class F>
 void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) const {
   constexpr std::size_t kPiece = 1u << 15;
@@ -156,14 +156,14 @@ void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) cons
   }
 }
 
-/// Puts a chunk's boxes into its shares of the tiles, and notes their bounds.
+/// Puts the boxes of a chunk into its shares of the tiles, and extends its bounds.
 void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
   chunk.shares.resize(size());
   OrdinalBox bounds{{Axis::kOrdinalMax, Axis::kOrdinalMax, Axis::kOrdinalMax}, {0, 0, 0}};
   const std::array<std::uint32_t, 3> edges = full_edge();
   const std::uint64_t ones = packed::pack(1, 1, 1);  // packed coordinates count from 1 at the corner
   read(source, chunk, [&](const OrdinalBox& box) {
-    std::uint32_t across = 0;  // borders of tiles
+    std::uint32_t across = 0;  // borders of tiles that the box crosses
     std::array<std::uint32_t, 3> at;
     for (int a = 0; a < 3; ++a) {
       bounds.lo[a] = std::min(bounds.lo[a], box.lo[a]);
@@ -182,7 +182,8 @@ void TileGrid::scatter(const OrdinalSource& source, Chunk& chunk) {
   chunk.bounds = bounds;
 }
 
-/// The same of a box that touches several tiles. It marks those that it covers (UNION3, section 4, step 3a).
+/// The same for a box that touches several tiles. Marks the tiles that the box covers (UNION3, section 4,
+/// step 3a).
 void TileGrid::scatter_wide(const OrdinalBox& box, Chunk& chunk) {
   const TileRange all = touched(box);
   TileRange range = all;
@@ -231,7 +232,7 @@ void TileGrid::put_pending(Chunk& chunk) const {
   for (std::size_t i = 0; i < n; ++i) *places[i] = chunk.pending[i].word;
 }
 
-/// Gives the chunk's share of a tile an empty block. The first slab of blocks is meant to be enough.
+/// Appends an empty block to the chunk's share of a tile. The first slab of blocks should be enough.
 void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
   if (chunk.slabs.empty() || chunk.used == chunk.slabs.back().size()) {
     const double words = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
@@ -247,7 +248,7 @@ void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
   chunk.blocks.emplace_back(block, std::uint32_t(tile));
 }
 
-/// A counting sort of the chunks' blocks by tile.
+/// Sorts the blocks of all chunks by tile, by counting.
 void TileGrid::collect_pieces() {
   first_.assign(size() + 2, 0);
   for (const Chunk& chunk : chunks_)

@@ -15,14 +15,14 @@
 
 namespace boxunion {
 
-/// Boxes in ordinals, wherever they come from: computed from a lattice on the fly, or kept.
+/// Boxes in ordinals, from any origin: computed from a lattice on the fly, or kept in memory.
 ///
-/// read(begin, end, f) calls f(box) for the boxes begin .. end - 1 that are not degenerate, in order.
+/// read(begin, end, f) calls f(box), in order, for those boxes of begin .. end - 1 that are not degenerate.
 class OrdinalSource {
  public:
   /// Boxes on three lattices; `boxes` and `axes` must outlive the source.
   OrdinalSource(const BoxSet& boxes, const Axes& axes) : boxes_(&boxes), axes_(&axes), size_(boxes.size()) {}
-  /// Kept boxes; `kept` must outlive the source.
+  /// Boxes in memory; `kept` must outlive the source.
   explicit OrdinalSource(std::span<const OrdinalBox> kept) : kept_(kept), size_(kept.size()) {}
 
   std::size_t size() const { return size_; }
@@ -38,80 +38,81 @@ class OrdinalSource {
 };
 
 /// The boxes of a run, sorted into the tiles of a uniform grid, most of them packed in one word. A box is in
-/// every tile that it touches; a tile that one box covers holds none. A tile's memory grows by blocks, so the
-/// boxes are put in place in one pass, without counting them first.
+/// every tile that it touches. A tile covered by one box stores no boxes. The memory of a tile grows by
+/// blocks, so the boxes are put in place in one pass, without counting them first.
 class TileGrid {
  public:
-  /// How the ordinals are cut; tile i of an axis begins at ordinal (first + i) * 2^log_edge.
+  /// How the ordinals are cut. Tile i of an axis begins at ordinal (first + i) * 2^log_edge.
   struct Plan {
     std::array<int, 3> log_edge{};         ///< log2 of a tile's edge, at most 19
     std::array<std::uint32_t, 3> first{};  ///< by axis
     std::array<std::uint32_t, 3> tiles{};  ///< by axis
-    std::array<std::uint32_t, 3> end{};    ///< where the last tile ends, however long it would be
-    double touched = 1;                    ///< tiles that a box touches, on average, by a sample
+    std::array<std::uint32_t, 3> end{};    ///< end of the last tile, even if a whole tile would be longer
+    double touched = 1;                    ///< average number of tiles that a box touches, by a sample
     double most_touched = 0;  ///< limit for all boxes of all sources together; beyond it the plan is wrong
     std::size_t count() const { return std::size_t{tiles[0]} * tiles[1] * tiles[2]; }
   };
 
-  /// Chooses tiles for ordinals 1 .. counts[a]: as many as keep a tile's boxes in cache, with edges of at
-  /// most 2^max_log_edge ordinals; of few boxes enough for several threads, if a tile still has `least`.
-  /// The boxes are those of all sources, for each of which a grid may then be made. `sample` of them are
-  /// looked at.
+  /// Chooses tiles for ordinals 1 .. counts[a]. There are so many tiles that the boxes of one stay in cache,
+  /// with edges of at most 2^max_log_edge ordinals. For few boxes, there are enough tiles for several
+  /// threads, if a tile still has `least` boxes. The plan is for the boxes of all sources; a grid may then be
+  /// made for each source. Looks at `sample` boxes.
   static Plan plan(std::span<const OrdinalSource> sources, const std::array<std::uint32_t, 3>& counts,
                    int max_log_edge, std::size_t least, std::size_t sample = kSample);
-  /// The same for the points lo <= p < hi of a region only; lo must be a multiple of 2^max_log_edge, and no
-  /// box reach further than from lo - 1 to hi.
+  /// The same for only the points lo <= p < hi of a region. lo must be a multiple of 2^max_log_edge, and no
+  /// box may reach beyond lo - 1 .. hi.
   static Plan plan(std::span<const OrdinalSource> sources, const OrdinalBox& region, int max_log_edge,
                    std::size_t least, std::size_t sample = kSample);
   static constexpr std::size_t kSample = 512;
 
-  /// Gives up, and then holds nothing of use, where its boxes touch twice as many tiles as the plan says of
-  /// all. Throws Error(resources) where memory does not suffice, and Error(interrupted) soon after
-  /// `interrupted` becomes true.
+  /// Puts the boxes of a source into tiles. Gives up if they touch more than plan.most_touched tiles; the
+  /// grid is then useless. Throws Error(resources) if memory does not suffice, and Error(interrupted) soon
+  /// after `interrupted` becomes true.
   TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
 
-  /// True if it has given up: it takes another plan, by a larger sample.
+  /// True if it has given up. It then takes another plan, from a larger sample.
   bool misjudged() const { return misjudged_; }
   std::size_t size() const { return plan_.count(); }
-  /// Number of words that the boxes of a tile take: as many as there are boxes, up to twice as many if they
-  /// are not short.
+  /// The number of words that the boxes of a tile take: at least the number of boxes, and up to twice that if
+  /// they are not short.
   std::size_t words(std::size_t tile) const;
   /// Appends the boxes of a tile, in an order that does not depend on threads.
   void gather(std::size_t tile, std::vector<PackedBox>& boxes) const;
   bool covered(std::size_t tile) const { return covered_[tile]; }
-  /// Ordinal of the tile's low corner.
+  /// The ordinals of the tile's low corner.
   std::array<std::uint32_t, 3> corner(std::size_t tile) const;
   std::array<std::uint32_t, 3> edge(std::size_t tile) const;
-  /// The least box that holds all boxes; lo > hi if there are none.
+  /// The bounding box of all boxes; lo > hi if there are none.
   const OrdinalBox& bounds() const { return bounds_; }
 
  private:
-  /// Tiles from .. to by axis, counted from ordinal 0. Those beyond the region are not in the grid.
+  /// Tiles from .. to on each axis, counted from ordinal 0. Tiles beyond the region are not in the grid.
   struct TileRange {
     std::array<std::uint32_t, 3> from, to;
   };
-  /// What one chunk of the input puts into a tile: blocks of words, all but the last one full.
+  /// The words that one chunk of the input puts into a tile: blocks, all but the last one full.
   struct Share {
     std::uint64_t* last = nullptr;
     std::uint32_t count = 0;
   };
-  /// Words of a tile that lie together in memory.
+  /// Words of a tile that are contiguous in memory.
   using Piece = std::span<const std::uint64_t>;
-  /// A word on its way into a tile. So many go at once that fetching the tiles' memory takes the time of one.
+  /// A word on its way into a tile. So many are written at once that fetching the memory of all tiles takes
+  /// the time of one.
   struct Pending {
     std::uint64_t word;
     std::uint32_t tile;
   };
   static constexpr std::size_t kPending = 128;
-  /// A range of the input, worked on by one thread, and what it puts into the tiles.
+  /// A range of the input that one thread processes, and the words that it puts into the tiles.
   struct Chunk {
     std::size_t begin = 0, end = 0;
     OrdinalBox bounds;
     std::vector<Share> shares;                                     // by tile
-    std::vector<std::pair<std::uint64_t*, std::uint32_t>> blocks;  // and their tiles
+    std::vector<std::pair<std::uint64_t*, std::uint32_t>> blocks;  // with their tiles
     std::vector<Array<std::uint64_t>> slabs;                       // memory of the blocks
-    std::size_t used = 0;                                          // words of the last slab
-    double touched = 0, most_touched = 0;                          // tiles, by boxes that touch several
+    std::size_t used = 0;                                          // words used in the last slab
+    double touched = 0, most_touched = 0;  // tiles touched by boxes that touch several
     std::array<Pending, kPending> pending;
     std::size_t pending_count = 0;
   };
@@ -147,12 +148,12 @@ class TileGrid {
 
   Plan plan_;
   PackedWords words_;
-  std::size_t first_index_ = 0;  // of the first tile, if tiles were counted from ordinal 0
+  std::size_t first_index_ = 0;  // of the first tile, counted from ordinal 0
   const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
   std::uint32_t block_ = 0;            // words of a block, a power of two
   std::vector<std::uint8_t> covered_;  // by tile
-  std::vector<std::size_t> first_;     // piece of a tile
+  std::vector<std::size_t> first_;     // by tile: its first piece
   std::vector<Piece> pieces_;          // by tile
   OrdinalBox bounds_;
   bool misjudged_ = false;
@@ -180,7 +181,7 @@ void OrdinalSource::read(std::size_t begin, std::size_t end, F&& f) const {
   boxes_->visit([&]<class T>(const std::vector<BoxOf<T>>& boxes) {
     if constexpr (std::is_same_v<T, std::int32_t>) {
       std::array<int, 3> exponent;
-      std::array<std::uint32_t, 3> base;  // modulo 2^32, which an ordinal fits
+      std::array<std::uint32_t, 3> base;  // modulo 2^32, which is enough for ordinals
       for (int a = 0; a < 3; ++a) {
         exponent[a] = (*axes_)[a].exponent();
         base[a] = static_cast<std::uint32_t>((*axes_)[a].base());
@@ -199,7 +200,7 @@ void OrdinalSource::read(std::size_t begin, std::size_t end, F&& f) const {
         give_all([](T c, int) { return c; });
       else if (std::ranges::all_of(exponent, [](int e) { return e >= 0 && e < 32; }))
         give_all([&](T c, int a) { return c >> exponent[a]; });
-      else  // finer or coarser than integers need: other boxes share the lattice
+      else  // other boxes share the lattice and make it finer or coarser
         for (std::size_t i = begin; i < end; ++i) give(ordinal_box(boxes[i]));
     } else {
       for (std::size_t i = begin; i < end; ++i) give(ordinal_box(boxes[i]));

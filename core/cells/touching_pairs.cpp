@@ -9,7 +9,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kFew = 24;  // boxes that are compared with all others
+constexpr std::size_t kFew = 24;  // so few boxes are compared with all others
 
 }  // namespace
 
@@ -23,7 +23,8 @@ bool TouchingPairs::find(std::span<const PackedBox> boxes, std::size_t most, con
   return left_ > 0;
 }
 
-/// Compares boxes with those others whose low end on an axis lies in a part of it and within theirs.
+/// Compares each box of `spans` with the boxes of `points` whose low end lies in the part and within the box
+/// on an axis.
 void TouchingPairs::divide(Items spans, Items points, Part part, int axis) {
   if (spans.empty() || points.empty() || left_ == 0) return;
   if (std::min(spans.size(), points.size()) <= kFew) return compare_all(spans, points);
@@ -53,15 +54,15 @@ void TouchingPairs::divide(Items spans, Items points, Part part, int axis) {
   }
 }
 
-/// On the next axis either one's low end may lie within the other.
+/// Divides on the next axis. There, the low end of either box may lie within the other.
 void TouchingPairs::divide_on_next_axis(Items spans, Items points, int axis) {
   divide(spans, points, kWhole, axis - 1);
   divide(points, spans, kWhole, axis - 1);
 }
 
-/// The last axis: by now nearly all whose low ends lie within the others' touch them.
+/// The last axis. By now, nearly all boxes whose low ends lie within another box touch it.
 void TouchingPairs::scan(Items spans, Items points) {
-  std::vector<std::array<std::uint32_t, 2>> lows;  // and whose they are
+  std::vector<std::array<std::uint32_t, 2>> lows;  // low ends and their boxes
   for (const std::uint32_t i : points) lows.push_back({low(i, 0), i});
   std::ranges::sort(lows);
   for (const std::uint32_t i : spans) {

@@ -11,16 +11,15 @@
 
 namespace boxunion {
 
-/// Finds the pairs of boxes that touch each other, whatever the boxes' shapes: rods that run through the
-/// whole tile, too. After Zomorodian and Edelsbrunner, "Fast software for box intersections", 2002: on one
-/// axis after the other, boxes are divided at the median of their low ends, and a box that spans all of a
-/// part is compared with that part on the axes that are left. Takes O(boxes log^2 boxes + pairs) where few
-/// boxes touch.
+/// Finds the pairs of boxes that touch each other, whatever their shapes, even rods through the whole tile.
+/// After Zomorodian and Edelsbrunner, "Fast software for box intersections", 2002: on one axis after the
+/// other, boxes are divided at the median of their low ends. A box that spans a whole part is compared with
+/// that part on the remaining axes. Takes O(boxes log^2 boxes + pairs) time if few boxes touch.
 class TouchingPairs {
  public:
   using Take = std::function<void(std::uint32_t, std::uint32_t)>;
 
-  /// Calls take(i, j) for every pair of boxes that touch, perhaps several times. False if it has given up
+  /// Calls take(i, j) for every pair of boxes that touch, possibly several times. Gives up and returns false
   /// after `most` calls.
   bool find(std::span<const PackedBox> boxes, std::size_t most, const Take& take);
 
@@ -43,7 +42,7 @@ class TouchingPairs {
 
   std::span<const PackedBox> boxes_;
   const Take* take_ = nullptr;
-  std::size_t left_ = 0;  // calls
+  std::size_t left_ = 0;  // remaining calls
 };
 
 }  // namespace boxunion
