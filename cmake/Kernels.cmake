@@ -16,47 +16,40 @@ endif()
 # The list of kernels.
 function(boxunion_add_kernels target)
   boxunion_kernel(${target} contour)
-  boxunion_kernel(${target} cell_faces HEADERS cell.h)
-  boxunion_kernel(${target} cell_occupancy HEADERS cell.h)
-  boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy HEADERS cell.h DEFINES SUMS)
-  boxunion_kernel(${target} cell_boolean SOURCE cell_occupancy HEADERS cell.h DEFINES BOOLEAN)
-  boxunion_kernel(${target} cell_boolean_sums SOURCE cell_occupancy HEADERS cell.h DEFINES BOOLEAN SUMS)
+  boxunion_kernel(${target} cell_faces)
+  boxunion_kernel(${target} cell_occupancy)
+  boxunion_kernel(${target} cell_occupancy_sums SOURCE cell_occupancy DEFINES SUMS)
+  boxunion_kernel(${target} cell_boolean SOURCE cell_occupancy DEFINES BOOLEAN)
+  boxunion_kernel(${target} cell_boolean_sums SOURCE cell_occupancy DEFINES BOOLEAN SUMS)
   boxunion_kernel(${target} copy)
 endfunction()
 
-# boxunion_kernel(target name [SOURCE stem] [HEADERS file...] [DEFINES macro...]): kernels/<stem>.k, which declares
-# KERNEL(<stem>), read behind the dialect and these headers with these macros, and known as <name>. The stem is the
-# name unless given.
+# boxunion_kernel(target name [SOURCE stem] [DEFINES macro...]): kernels/<stem>.k, which declares KERNEL(<stem>), read
+# with these macros, and known as <name>. The stem is the name unless given.
 function(boxunion_kernel target name)
-  cmake_parse_arguments(PARSE_ARGV 2 kernel "" "SOURCE" "HEADERS;DEFINES")
+  cmake_parse_arguments(PARSE_ARGV 2 kernel "" "SOURCE" "DEFINES")
   if(NOT kernel_SOURCE)
     set(kernel_SOURCE ${name})
   endif()
   set(include_dir ${PROJECT_SOURCE_DIR}/kernels)
-  set(files dialect.h ${kernel_HEADERS} ${kernel_SOURCE}.k)  # one text, in this order
-  list(TRANSFORM files REPLACE "(.+)" "#include \"\\1\"" OUTPUT_VARIABLE kernel_includes)
-  list(JOIN kernel_includes "\n" kernel_includes)
-  list(TRANSFORM files PREPEND ${include_dir}/)
   set(text ${include_dir}/${kernel_SOURCE}.k)
-  set(include_options)
-  foreach(header dialect.h ${kernel_HEADERS})
-    list(APPEND include_options -include ${include_dir}/${header})
-  endforeach()
+  file(GLOB files CONFIGURE_DEPENDS ${include_dir}/*.h ${include_dir}/*/*.h)  # any of which it may include
+  list(APPEND files ${text})
   set(out ${PROJECT_BINARY_DIR}/kernels/${name})
   list(TRANSFORM kernel_DEFINES PREPEND "-D" OUTPUT_VARIABLE kernel_options)
 
-  # OpenCL: the text goes in as string pieces; clang, if there is one, reads it in both shapes first
+  # OpenCL: the text goes in with its headers; clang, if there is one, reads it in both shapes first
   set(checks)
   if(BOXUNION_CLANG)
     foreach(shape -UITEM -DITEM)
       list(APPEND checks COMMAND ${BOXUNION_CLANG} -x cl -cl-std=CL1.2 -target spir64
         -Xclang -finclude-default-header -fsyntax-only -Wall -Werror ${shape} ${kernel_options}
-        ${include_options} ${text})
+        -I${include_dir} ${text})
     endforeach()
   endif()
   set(embed ${PROJECT_SOURCE_DIR}/cmake/EmbedText.cmake)
   add_custom_command(OUTPUT ${out}.cl.inc DEPENDS ${files} ${embed} VERBATIM ${checks}
-    COMMAND ${CMAKE_COMMAND} "-DFILES=${files}" -DOUTPUT=${out}.cl.inc -P ${embed}
+    COMMAND ${CMAKE_COMMAND} -DFILE=${kernel_SOURCE}.k -DINCLUDE_DIR=${include_dir} -DOUTPUT=${out}.cl.inc -P ${embed}
     COMMENT "Embedding kernel ${name} as OpenCL C")
   set(embedded ${out}.cl.inc)
 

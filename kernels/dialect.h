@@ -2,6 +2,7 @@
 //
 // A kernel is written as
 //
+//   #include "dialect.h"
 //   PARAMETERS_BEGIN u32 count; PARAMETERS_END
 //   KERNEL(name)
 //   IN(0, u32, first)  OUT(1, u32, result)  INOUT(2, u32, total)      buffers, in order of binding
@@ -21,6 +22,8 @@
 // of u32; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
 #ifndef BOXUNION_DIALECT_H
 #define BOXUNION_DIALECT_H
+
+#include "contract.h"
 
 #if defined(VULKAN) // GLSL: the compiler defines VULKAN
 #define u32 uint
@@ -134,7 +137,7 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
 #define LOCAL_ADD(target, value) ATOMIC_ADD(target, value)
 #define LOCAL_OR(target, value) ATOMIC_OR(target, value)
 #define LOCAL_FETCH_ADD(old, target, value) u32 old = ATOMIC_ADD(target, value)
-#define SHARED_REDUCTION(T, name) SHARED(T, name, 128) // as many lanes as a workgroup may have
+#define SHARED_REDUCTION(T, name) SHARED(T, name, GROUP_LANES)
 #define STORE_SUM(target, scratch, value)                                        \
   scratch[LANE] = (value);                                                       \
   SYNC;                                                                          \

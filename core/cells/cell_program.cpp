@@ -2,6 +2,8 @@
 
 namespace boxunion {
 
+static_assert(Expression::kMostDepth <= PROGRAM_RESULTS, "a program's results fit the kernels' stack");
+
 CellProgram append_program(std::span<const Step> steps, std::span<const CellBoxes> boxes,
                            std::vector<CellStep>& out) {
   using Kind = Step::Kind;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/cells/expression.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 
@@ -17,15 +18,15 @@ struct CellBoxes {
 /// order. Boxes that are united with the last result or taken out of it need no result of their own.
 struct CellStep {
   enum class Operation : std::uint32_t {
-    push,   ///< a new result: the union of some boxes
-    unite,  ///< the last result and some boxes
-    carve,  ///< the last result without some boxes
-    complement,
-    intersection,
-    union_of_both,
-    symmetric_difference,
-    difference,
-    reversed_difference
+    push = STEP_PUSH,    ///< a new result: the union of some boxes
+    unite = STEP_UNITE,  ///< the last result and some boxes
+    carve = STEP_CARVE,  ///< the last result without some boxes
+    complement = STEP_COMPLEMENT,
+    intersection = STEP_INTERSECTION,
+    union_of_both = STEP_UNION,
+    symmetric_difference = STEP_SYMMETRIC_DIFFERENCE,
+    difference = STEP_DIFFERENCE,
+    reversed_difference = STEP_REVERSED_DIFFERENCE
   };
   Operation operation = Operation::push;
   CellBoxes boxes;  ///< push, unite, carve

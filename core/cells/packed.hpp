@@ -4,30 +4,32 @@
 #include <array>
 #include <cstdint>
 
+#include "kernels/contract.h"
+
 namespace boxunion {
 
 /// Three coordinates of 20 bits in one word, each below a guard bit, so that one subtraction compares all
-/// three axes at once (kernels/cell_occupancy.k has the device's side).
+/// three axes at once (kernels/cell.h has the device's side).
 namespace packed {
 
-inline constexpr int kBits = 20;  ///< of a coordinate
-inline constexpr std::uint32_t kMax = (1u << kBits) - 1;
-inline constexpr std::uint64_t kGuards =
-    std::uint64_t{1} << 20 | std::uint64_t{1} << 41 | std::uint64_t{1} << 62;
+inline constexpr int kBits = PACKED_BITS;      ///< of a coordinate
+inline constexpr int kStride = PACKED_STRIDE;  ///< from one coordinate to the next
+inline constexpr std::uint32_t kMax = PACKED_MOST;
+inline constexpr std::uint64_t kGuards = std::uint64_t{PACKED_GUARDS_HIGH} << 32 | PACKED_GUARDS_LOW;
 
 constexpr std::uint64_t pack(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-  return x | std::uint64_t{y} << 21 | std::uint64_t{z} << 42;
+  return x | std::uint64_t{y} << kStride | std::uint64_t{z} << (2 * kStride);
 }
 constexpr std::uint32_t field(std::uint64_t p, int axis) {
-  return std::uint32_t(p >> (21 * axis)) & kMax;
+  return std::uint32_t(p >> (kStride * axis)) & kMax;
 }
 /// The bit above a coordinate.
 constexpr std::uint64_t guard(int axis) {
-  return std::uint64_t{1} << (21 * axis + kBits);
+  return std::uint64_t{1} << (kStride * axis + kBits);
 }
 /// Replaces one coordinate.
 constexpr std::uint64_t with_field(std::uint64_t p, int axis, std::uint32_t value) {
-  return (p & ~(std::uint64_t{kMax} << (21 * axis))) | std::uint64_t{value} << (21 * axis);
+  return (p & ~(std::uint64_t{kMax} << (kStride * axis))) | std::uint64_t{value} << (kStride * axis);
 }
 /// a <= b on every axis?
 constexpr bool all_le(std::uint64_t a, std::uint64_t b) {

@@ -112,18 +112,4 @@ constexpr std::array<OctantProperties, 256> make_octant_table() {
 /// The properties of every octant mask.
 inline constexpr std::array<OctantProperties, 256> kOctants = detail::make_octant_table();
 
-/// vertex, extreme (a bit each), volume + 4 (4 bits), area + 2 (3 bits an axis), length + 1 (2 bits an axis),
-/// from the lowest bit: the table of kernels/cell_occupancy.k.
-inline constexpr std::array<std::uint32_t, 256> kPackedWeights = [] {
-  std::array<std::uint32_t, 256> packed{};
-  for (unsigned mask = 0; mask < 256; ++mask) {
-    const OctantProperties& p = kOctants[mask];
-    std::uint32_t& word = packed[mask];
-    word = unsigned(p.vertex) | unsigned(p.extreme) << 1 | unsigned(p.volume + 4) << 2;
-    for (unsigned a = 0; a < 3; ++a)
-      word |= unsigned(p.area[a] + 2) << (6 + 3 * a) | unsigned(p.length[a] + 1) << (15 + 2 * a);
-  }
-  return packed;
-}();
-
 }  // namespace boxunion

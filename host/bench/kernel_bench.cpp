@@ -16,6 +16,7 @@
 #include "host/bench/bench_problem.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 namespace {
@@ -76,7 +77,7 @@ void measure_yardsticks(Device& device, const Tuning& tuning, std::uint32_t repe
   const auto copy = [&](std::uint32_t count) {
     Buffer* const buffers[] = {from.get(), to.get()};
     device.dispatch(*kernel, buffers, std::as_bytes(std::span(&count, 1)),
-                    std::max(1u, (count + 1023) / 1024));
+                    std::max(1u, (count + COPY_CHUNK - 1) / COPY_CHUNK));
     device.wait();
   };
   copy(words);

@@ -12,6 +12,7 @@
 
 #include "core/base/error.hpp"
 #include "host/device/backend.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 
@@ -30,7 +31,7 @@ void check_allocation(const DeviceInfo& info, std::size_t bytes) {
 
 std::uint32_t most_work_items(const DeviceInfo& info, Shape shape) {
   // kernels reduce over at most so many lanes (SHARED_REDUCTION in the dialect)
-  if (shape == Shape::group) return std::min(128u, info.max_workgroup);
+  if (shape == Shape::group) return std::min(GROUP_LANES, info.max_workgroup);
   // a CPU runs the work-items of a group on one thread, whose stack holds the private memory of all of them
   return info.is_cpu ? std::min(64u, info.max_workgroup) : info.max_workgroup;
 }

@@ -10,16 +10,35 @@
 #include "host/device/buffers.hpp"
 #include "host/device/kernels.hpp"
 #include "host/tuning/tuning.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 namespace {
 
-static_assert(sizeof(PackedBox) == 16 && sizeof(Cell) == 24 && sizeof(CellRun) == 20 && sizeof(Vertex) == 16);
-static_assert(sizeof(CellProgram) == 8 && sizeof(CellStep) == 12);
-
+using u32 = std::uint32_t;
 struct Parameters {
-  std::uint32_t first_run, end_run, capacity, two;
+  CELL_PARAMETERS
 };
+
+static_assert(sizeof(PackedBox) == 2 * sizeof(std::uint64_t) &&
+              sizeof(Cell) == CELL_WORDS * sizeof(std::uint64_t) &&
+              sizeof(CellRun) == RUN_WORDS * sizeof(u32) && sizeof(Vertex) == VERTEX_WORDS * sizeof(u32) &&
+              sizeof(CellProgram) == PROGRAM_WORDS * sizeof(u32) &&
+              sizeof(CellStep) == STEP_WORDS * sizeof(u32));
+
+/// The weights of every octant mask as the kernels of sums read them.
+constexpr std::array<u32, 256> kPackedWeights = [] {
+  std::array<u32, 256> packed{};
+  for (unsigned mask = 0; mask < 256; ++mask) {
+    const OctantProperties& p = kOctants[mask];
+    packed[mask] = u32(p.vertex) << WEIGHT_VERTEX | u32(p.extreme) << WEIGHT_EXTREME |
+                   (u32(p.volume) + WEIGHT_VOLUME_BIAS) << WEIGHT_VOLUME;
+    for (unsigned a = 0; a < 3; ++a)
+      packed[mask] |= (u32(p.area[a]) + WEIGHT_AREA_BIAS) << (WEIGHT_AREA + WEIGHT_AREA_BITS * a) |
+                      (u32(p.length[a]) + WEIGHT_LENGTH_BIAS) << (WEIGHT_LENGTH + WEIGHT_LENGTH_BITS * a);
+  }
+  return packed;
+}();
 
 const KernelSource& source(CellKernel kernel, const CellSink& sink) {
   if (kernel == CellKernel::faces) {
@@ -33,13 +52,13 @@ const KernelSource& source(CellKernel kernel, const CellSink& sink) {
 LatticeSums lattice_sums(std::span<const std::uint64_t> sums) {
   LatticeSums s;
   const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(sums[i]); };
-  s.vertices = sums[0];
-  s.extreme = sums[1];
-  s.volume = number(2);
-  for (std::size_t a = 0; a < 3; ++a) s.first[a] = number(3 + a);
-  for (std::size_t i = 0; i < 6; ++i) s.second[i] = number(6 + i);
-  for (std::size_t a = 0; a < 3; ++a) s.area[a] = number(12 + a);
-  for (std::size_t a = 0; a < 3; ++a) s.length[a] = number(15 + a);
+  s.vertices = sums[SUM_VERTICES];
+  s.extreme = sums[SUM_EXTREME];
+  s.volume = number(SUM_VOLUME);
+  for (std::size_t a = 0; a < 3; ++a) s.first[a] = number(SUM_FIRST + a);
+  for (std::size_t i = 0; i < 6; ++i) s.second[i] = number(SUM_SECOND + i);
+  for (std::size_t a = 0; a < 3; ++a) s.area[a] = number(SUM_AREA + a);
+  for (std::size_t a = 0; a < 3; ++a) s.length[a] = number(SUM_LENGTH + a);
   return s;
 }
 
@@ -52,10 +71,11 @@ void add_sums(std::span<const std::uint64_t> sums, const CellBatch& batch, std::
     for (std::size_t r = t == 0 ? 0 : batch.tiles[t - 1].end_run; r < batch.tiles[t].end_run; ++r) {
       const auto of_run = sums.subspan(each * r, each);
       tile += lattice_sums(of_run);
-      if (each == 18) continue;
+      if (each == SUM_WORDS) continue;
       Reach reach;
       for (int a = 0; a < 3; ++a)
-        reach.lo[a] = packed::field(of_run[18], a), reach.hi[a] = packed::field(of_run[19], a);
+        reach.lo[a] = packed::field(of_run[SUM_LOWEST], a),
+        reach.hi[a] = packed::field(of_run[SUM_HIGHEST], a);
       extend_bounds(sink, reach, batch.runs[r].origin);
     }
     sink.add(tile, batch.tiles[t].corner);
@@ -65,10 +85,10 @@ void add_sums(std::span<const std::uint64_t> sums, const CellBatch& batch, std::
 }  // namespace
 
 std::size_t sums_a_run(const CellSink& sink) {
-  return sink.programs ? 20 : 18;
+  return sink.programs ? SUM_WORDS_WITH_PROGRAMS : SUM_WORDS;
 }
 
-void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin) {
+void extend_bounds(MassSink& sink, const Reach& reach, const std::array<u32, 3>& origin) {
   if (reach.empty()) return;
   OrdinalBox box;
   for (int a = 0; a < 3; ++a) box.lo[a] = origin[a] + reach.lo[a], box.hi[a] = origin[a] + reach.hi[a];
@@ -78,11 +98,11 @@ void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uin
 NativeCells::NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted)
     : sink_(sink), source_(source(kernel, sink)), interrupted_(interrupted) {}
 
-void NativeCells::compute(const CellBatch& batch, void* const* buffers, std::uint32_t capacity) const {
+void NativeCells::compute(const CellBatch& batch, void* const* buffers, u32 capacity) const {
   parallel_ranges(0, batch.runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
-      const auto run = static_cast<std::uint32_t>(r);
+      const auto run = static_cast<u32>(r);
       const Parameters parameters{run, run + 1, capacity, 2};
       source_.native(buffers, &parameters, 0, 1);
     }
@@ -90,11 +110,11 @@ void NativeCells::compute(const CellBatch& batch, void* const* buffers, std::uin
 }
 
 void NativeCells::run(const CellBatch& batch) {
-  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  const u32 runs = static_cast<u32>(batch.runs.size());
   if (runs == 0) return;
-  std::uint32_t total[2] = {0, 0};
+  u32 total[TOTAL_WORDS] = {};
   void* buffers[] = {const_cast<PackedBox*>(batch.boxes.data()),
-                     const_cast<std::uint32_t*>(batch.items.data()),
+                     const_cast<u32*>(batch.items.data()),
                      const_cast<Cell*>(batch.cells.data()),
                      const_cast<CellRun*>(batch.runs.data()),
                      nullptr,
@@ -103,7 +123,8 @@ void NativeCells::run(const CellBatch& batch) {
                      const_cast<CellStep*>(batch.steps.data()),
                      nullptr};
   if (sink_.sums) {
-    buffers[sink_.programs ? 8 : 6] = const_cast<std::uint32_t*>(kPackedWeights.data());
+    buffers[sink_.programs ? WEIGHTS_BINDING_WITH_PROGRAMS : WEIGHTS_BINDING] =
+        const_cast<u32*>(kPackedWeights.data());
     const std::size_t sums = sums_a_run(sink_);
     sums_.resize(sums * runs);
     buffers[4] = sums_.data();
@@ -114,13 +135,13 @@ void NativeCells::run(const CellBatch& batch) {
   const std::size_t expected = std::min(8 * batch.items.size() + 64, std::size_t{1} << 16);
   if (vertices_.size() < expected) vertices_.resize(expected);
   for (;;) {
-    total[0] = 0;
+    total[TOTAL_FOUND] = 0;
     buffers[4] = vertices_.data();
-    compute(batch, buffers, static_cast<std::uint32_t>(std::min<std::size_t>(vertices_.size(), 0xffffffffu)));
-    if (total[0] <= vertices_.size()) break;
-    vertices_.resize(total[0] + total[0] / 4);
+    compute(batch, buffers, static_cast<u32>(std::min<std::size_t>(vertices_.size(), 0xffffffffu)));
+    if (total[TOTAL_FOUND] <= vertices_.size()) break;
+    vertices_.resize(total[TOTAL_FOUND] + total[TOTAL_FOUND] / 4);
   }
-  sink_.vertices->add(std::span(vertices_).first(total[0]));
+  sink_.vertices->add(std::span(vertices_).first(total[TOTAL_FOUND]));
 }
 
 CellStage::CellStage(Device& device, const Options& options, const CellSink& sink)
@@ -129,8 +150,8 @@ CellStage::CellStage(Device& device, const Options& options, const CellSink& sin
       fallback_(options.fallback),
       kernel_(load(device, source(options.kernel, sink), options.tuning)),
       native_(options.kernel, sink, options.interrupted),
-      total_(device.allocate(2 * sizeof(std::uint32_t))) {
-  if (sink.sums) upload(device, weights_, std::span<const std::uint32_t>(kPackedWeights));
+      total_(device.allocate(TOTAL_WORDS * sizeof(u32))) {
+  if (sink.sums) upload(device, weights_, std::span<const u32>(kPackedWeights));
 }
 
 std::size_t CellStage::capacity(std::size_t steps) const {
@@ -139,7 +160,7 @@ std::size_t CellStage::capacity(std::size_t steps) const {
 }
 
 void CellStage::begin(const CellBatch& batch) {
-  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  const u32 runs = static_cast<u32>(batch.runs.size());
   if (runs == 0) return;
   upload(device_, box_, std::span(batch.boxes));
   upload(device_, item_, std::span(batch.items));
@@ -157,26 +178,26 @@ void CellStage::begin(const CellBatch& batch) {
   dispatch(0, runs);
 }
 
-void CellStage::dispatch(std::uint32_t first_run, std::uint32_t end_run) {
+void CellStage::dispatch(u32 first_run, u32 end_run) {
   const std::size_t capacity = out_->bytes() / sizeof(Vertex);
   const Parameters parameters{first_run, end_run,
-                              static_cast<std::uint32_t>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
+                              static_cast<u32>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
   std::vector<Buffer*> buffers{box_.get(), item_.get(), cell_.get(), run_.get(), out_.get(), total_.get()};
   if (sink_.programs) buffers.insert(buffers.end(), {program_.get(), step_.get()});
   if (sink_.sums) buffers.push_back(weights_.get());
-  device_.clear(*total_, 2 * sizeof(std::uint32_t));
+  device_.clear(*total_, total_->bytes());
   device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), end_run - first_run);
-  device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
+  device_.download(*total_, 0, total_->bytes());
 }
 
 void CellStage::finish(const CellBatch& batch) {
-  const std::uint32_t runs = static_cast<std::uint32_t>(batch.runs.size());
+  const u32 runs = static_cast<u32>(batch.runs.size());
   if (runs == 0) return;
   const std::size_t sums_each = sums_a_run(sink_);
   if (sink_.sums) device_.download(*out_, 0, sums_each * runs * sizeof(std::uint64_t));
   device_.wait();
-  const auto total = total_->view<std::uint32_t>();
-  bool complete = total[1] == 0;
+  const auto total = total_->view<u32>();
+  bool complete = total[TOTAL_CUT_SHORT] == 0;
   if (complete && sink_.sums) {
     const auto sums = out_->view<std::uint64_t>().first(sums_each * runs);
     parallel_ranges(0, batch.tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -184,7 +205,7 @@ void CellStage::finish(const CellBatch& batch) {
     });
   } else if (complete) {
     std::vector<Vertex> vertices;
-    vertices.reserve(total[0]);
+    vertices.reserve(total[TOTAL_FOUND]);
     complete = take_vertices(0, runs, vertices);
     if (complete)
       parallel_ranges(0, vertices.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
@@ -199,14 +220,14 @@ void CellStage::finish(const CellBatch& batch) {
 
 /// Appends the vertices of a dispatch that has ended, again with a larger buffer or in halves where they did
 /// not fit. False if the device cut loops short.
-bool CellStage::take_vertices(std::uint32_t first_run, std::uint32_t end_run, std::vector<Vertex>& vertices) {
+bool CellStage::take_vertices(u32 first_run, u32 end_run, std::vector<Vertex>& vertices) {
   const std::size_t most = device_.info().max_buffer_bytes / sizeof(Vertex);
-  const auto again = [&](std::uint32_t first, std::uint32_t end) {
+  const auto again = [&](u32 first, u32 end) {
     dispatch(first, end);
     device_.wait();
-    return total_->view<std::uint32_t>()[1] == 0 && take_vertices(first, end, vertices);
+    return total_->view<u32>()[TOTAL_CUT_SHORT] == 0 && take_vertices(first, end, vertices);
   };
-  const std::uint32_t total = total_->view<std::uint32_t>()[0];
+  const u32 total = total_->view<u32>()[TOTAL_FOUND];
   if (total <= out_->bytes() / sizeof(Vertex)) {
     device_.download(*out_, 0, total * sizeof(Vertex));
     device_.wait();
@@ -220,7 +241,7 @@ bool CellStage::take_vertices(std::uint32_t first_run, std::uint32_t end_run, st
   }
   if (end_run - first_run == 1)
     throw Error(ErrorKind::device, "the vertices of one run of cells exceed the device's largest buffer");
-  const std::uint32_t middle = first_run + (end_run - first_run) / 2;
+  const u32 middle = first_run + (end_run - first_run) / 2;
   return again(first_run, middle) && again(middle, end_run);
 }
 

@@ -21,8 +21,7 @@ struct CellSink {
   bool programs = false;     ///< cells may have programs; not with CellKernel::faces
 };
 
-/// Numbers that the kernels of sums give for a run of cells, in the order that kernels/cell_occupancy.k
-/// writes.
+/// Numbers that the kernels of sums give for a run of cells, in the order of kernels/contract.h.
 std::size_t sums_a_run(const CellSink& sink);
 
 /// Tells the sink how far a result reaches whose packed coordinates count from the ordinals `origin`.

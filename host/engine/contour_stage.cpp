@@ -7,26 +7,26 @@
 #include "host/device/buffers.hpp"
 #include "host/device/kernels.hpp"
 #include "host/tuning/tuning.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kTileWords = 6, kVertexWords = 3;
-constexpr std::uint32_t kCrowded = 0xffffffffu;
-
-static_assert(sizeof(Tiles::Tile) == kTileWords * sizeof(std::uint32_t));
-static_assert(sizeof(ContourVertex) == kVertexWords * sizeof(std::uint32_t));
-
+using u32 = std::uint32_t;
 struct Parameters {
-  std::uint32_t tiles, capacity, two;
+  CONTOUR_PARAMETERS
 };
+
+static_assert(sizeof(Tiles::Tile) == CONTOUR_TILE_WORDS * sizeof(u32) &&
+              sizeof(SlabRectangle) == CONTOUR_RECTANGLE_WORDS * sizeof(u32) &&
+              sizeof(ContourVertex) == CONTOUR_VERTEX_WORDS * sizeof(u32));
 
 }  // namespace
 
 ContourStage::ContourStage(Device& device, const Tuning& tuning)
     : device_(device),
       kernel_(load(device, kernels::contour(), tuning)),
-      total_(device.allocate(2 * sizeof(std::uint32_t))) {}
+      total_(device.allocate(TOTAL_WORDS * sizeof(u32))) {}
 
 void ContourStage::run(const Tiles& tiles, std::vector<ContourVertex>& vertices,
                        std::vector<std::size_t>& offsets) {
@@ -47,36 +47,36 @@ void ContourStage::run(const Tiles& tiles, std::vector<ContourVertex>& vertices,
 
 void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t last,
                              std::vector<ContourVertex>& vertices, std::vector<std::size_t>& offsets) {
-  const std::uint32_t count = std::uint32_t(last - first);
+  const u32 count = u32(last - first);
   const std::size_t first_rectangle = tiles.tiles[first].first;
   const std::size_t rectangles = tiles.tiles[last - 1].first + tiles.tiles[last - 1].count - first_rectangle;
   reserve(device_, tile_, count * sizeof(Tiles::Tile));
   reserve(device_, rectangle_, rectangles * sizeof(SlabRectangle));
-  reserve(device_, found_, count * 2 * sizeof(std::uint32_t));
+  reserve(device_, found_, count * CONTOUR_FOUND_WORDS * sizeof(u32));
   const std::size_t most = device_.info().max_buffer_bytes / sizeof(ContourVertex);
   reserve(device_, vertex_, std::min(most, 4 * rectangles + 64) * sizeof(ContourVertex));
 
   const auto tile = tile_->view<Tiles::Tile>();
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (u32 i = 0; i < count; ++i) {
     tile[i] = tiles.tiles[first + i];
-    tile[i].first -= std::uint32_t(first_rectangle);
+    tile[i].first -= u32(first_rectangle);
   }
   std::memcpy(rectangle_->view<SlabRectangle>().data(), tiles.rectangles.data() + first_rectangle,
               rectangles * sizeof(SlabRectangle));
   device_.upload(*tile_, count * sizeof(Tiles::Tile));
   device_.upload(*rectangle_, rectangles * sizeof(SlabRectangle));
 
-  std::uint32_t total = 0;
+  u32 total = 0;
   for (bool fits = false; !fits;) {
     const std::size_t capacity = vertex_->bytes() / sizeof(ContourVertex);
-    const Parameters parameters{count, std::uint32_t(std::min<std::size_t>(capacity, kCrowded)), 2};
-    device_.clear(*total_, 2 * sizeof(std::uint32_t));
+    const Parameters parameters{count, u32(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
+    device_.clear(*total_, total_->bytes());
     Buffer* const buffers[] = {tile_.get(), rectangle_.get(), found_.get(), vertex_.get(), total_.get()};
     device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), count);
-    device_.download(*total_, 0, 2 * sizeof(std::uint32_t));
+    device_.download(*total_, 0, total_->bytes());
     device_.wait();
-    total = total_->view<std::uint32_t>()[0];
-    if (total_->view<std::uint32_t>()[1] != 0)
+    total = total_->view<u32>()[TOTAL_FOUND];
+    if (total_->view<u32>()[TOTAL_CUT_SHORT] != 0)
       throw Error(ErrorKind::device, "the device cuts long loops short");
     fits = total <= parameters.capacity;
     if (fits) break;
@@ -90,15 +90,15 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
       throw Error(ErrorKind::device, "the contour of one tile exceeds the device's largest buffer");
     }
   }
-  device_.download(*found_, 0, count * 2 * sizeof(std::uint32_t));
+  device_.download(*found_, 0, count * CONTOUR_FOUND_WORDS * sizeof(u32));
   device_.download(*vertex_, 0, total * sizeof(ContourVertex));
   device_.wait();
 
-  const auto found = found_->view<std::uint32_t>();
+  const auto found = found_->view<u32>();
   const auto vertex = vertex_->view<ContourVertex>();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t begin = found[2 * i], size = found[2 * i + 1];
-    if (size == kCrowded || begin > total || size > total - begin)
+  for (u32 i = 0; i < count; ++i) {
+    const u32 begin = found[CONTOUR_FOUND_WORDS * i], size = found[CONTOUR_FOUND_WORDS * i + 1];
+    if (size == CONTOUR_CROWDED || begin > total || size > total - begin)
       throw Error(ErrorKind::device, "the contour kernel gave an impossible result");
     vertices.insert(vertices.end(), vertex.begin() + begin, vertex.begin() + begin + size);
     offsets.push_back(vertices.size());

@@ -5,11 +5,12 @@
 #include "core/boxes/axis.hpp"
 #include "core/solid/vertex.hpp"
 #include "host/engine/engine.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 
 /// Distinct coordinates an axis of a tile that the kernel `contour` holds.
-inline constexpr std::uint32_t kMostTileCoordinates = 31;
+inline constexpr std::uint32_t kMostTileCoordinates = CONTOUR_RANKS;
 
 /// The union by slices (López Monterde et al.): the contour of every slab between neighboring z by the
 /// kernel `contour`, then an xor merge of neighboring slabs. Gives the vertices to `sink` in batches; memory

@@ -12,6 +12,7 @@
 #include "core/base/error.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"
+#include "kernels/contract.h"
 #include "tests/device/every_device.hpp"
 
 namespace boxunion {
@@ -23,10 +24,10 @@ using Vertices = std::vector<std::array<std::uint32_t, 3>>;
 /// Tiles in the form that kernels/contour.k reads.
 struct Tiles {
   Words tile, rectangle;
-  std::uint32_t count() const { return static_cast<std::uint32_t>(tile.size() / 6); }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(tile.size() / CONTOUR_TILE_WORDS); }
   void add(std::array<std::uint32_t, 4> bounds, const std::vector<std::array<std::uint32_t, 4>>& rectangles) {
     tile.insert(tile.end(), bounds.begin(), bounds.end());
-    tile.push_back(static_cast<std::uint32_t>(rectangle.size() / 4));
+    tile.push_back(static_cast<std::uint32_t>(rectangle.size() / CONTOUR_RECTANGLE_WORDS));
     tile.push_back(static_cast<std::uint32_t>(rectangles.size()));
     for (const auto& r : rectangles) rectangle.insert(rectangle.end(), r.begin(), r.end());
   }
@@ -82,7 +83,7 @@ Result run_contour(Device& device, Shape shape, std::uint32_t workgroup, const T
   for (std::uint32_t t = 0; t < tiles.count(); ++t) {
     const std::uint32_t first = found->view<std::uint32_t>()[2 * t],
                         n = found->view<std::uint32_t>()[2 * t + 1];
-    Contour contour{.crowded = n == 0xffffffffu, .vertices = {}};
+    Contour contour{.crowded = n == CONTOUR_CROWDED, .vertices = {}};
     if (!contour.crowded && first + n <= capacity)
       for (std::uint32_t v = first; v < first + n; ++v)
         contour.vertices.push_back({words[3 * v], words[3 * v + 1], words[3 * v + 2]});
