@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 
+#include "core/base/instruction_set.hpp"
 #include "core/base/sample.hpp"
 
 namespace boxunion {
@@ -84,7 +85,7 @@ bool Clusters::find(std::span<const PackedBox> boxes, std::uint32_t edge) {
   rest_.clear();
   sort(boxes, edge);
 #ifdef __x86_64__
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  const bool has_avx2 = instruction_set() == InstructionSet::x86_64_v3;
   if (!(has_avx2 ? join_touching_with_avx2(boxes) : join_touching<Lanes4>(boxes))) return false;
 #else
   if (!join_touching<Lanes4>(boxes)) return false;

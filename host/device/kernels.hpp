@@ -14,7 +14,4 @@ const KernelSource& cell_boolean();         ///< vertices; cells may have progra
 const KernelSource& cell_boolean_sums();    ///< integer sums; cells may have programs
 const KernelSource& copy();                 ///< an array: what a device's memory gives
 
-/// Whether this CPU runs the native kernels built for x86-64-v3 (AVX2, BMI, FMA).
-bool runs_x86_64_v3();
-
 }  // namespace boxunion::kernels

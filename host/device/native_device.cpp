@@ -6,20 +6,12 @@
 #include <fstream>
 
 #include "core/base/error.hpp"
+#include "core/base/instruction_set.hpp"
 #include "core/base/parallel.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"
 
 namespace boxunion {
-
-bool kernels::runs_x86_64_v3() {
-#if defined(__x86_64__)
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
-         __builtin_cpu_supports("fma");
-#else
-  return false;
-#endif
-}
 
 namespace {
 
@@ -109,7 +101,7 @@ DeviceInfo describe_native() {
   DeviceInfo info;
   info.id = "native";
   info.name = cpu_name();
-  info.driver = kernels::runs_x86_64_v3() ? "oneTBB, x86-64-v3" : "oneTBB, baseline";
+  info.driver = "oneTBB, " + std::string(to_string(instruction_set()));
   info.memory_bytes =
       static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   info.max_buffer_bytes = info.memory_bytes;
