@@ -1,5 +1,5 @@
-// What the kernels of cells share. Boxes and cells come packed: three coordinates of 20 bits, each below a guard bit,
-// in 64 bits, so that one subtraction compares all three axes.
+// Shared by the kernels of cells. Boxes and cells are packed: three coordinates of 20 bits, each below a
+// guard bit, in 64 bits, so that one subtraction compares all three axes.
 #ifndef BOXUNION_CELL_H
 #define BOXUNION_CELL_H
 
@@ -10,7 +10,7 @@ PARAMETERS_BEGIN
   CELL_PARAMETERS
 PARAMETERS_END
 
-// max(v - origin, 0) of each coordinate, then at most `last`
+// max(v - origin, 0) for each coordinate, and at most `last`
 FN u64 clip(const u64 v, const u64 origin, const u64 last) {
   const u64 d = (v | GUARDS) - origin;
   const u64 above = d & GUARDS;

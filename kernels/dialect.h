@@ -9,17 +9,16 @@
 //   KERNEL_LOCALS
 //   SHARED(u32, scratch, 32)                                          memory of one work unit
 //   KERNEL_BODY
-//     if (UNIT >= p.count) return;                                    more units may run than were asked for
+//     if (UNIT >= p.count) return;                                    more units may run than requested
 //     LANES(i, 32u) scratch[i] = ...;                                 a loop shared by the unit's lanes
 //     SYNC;
 //     ONE_LANE total[0] += ...;
 //     STORE_SUM(result[UNIT], scratch, value);                        sum of a value over the unit's lanes
 //   KERNEL_END
 //
-// UNIT is the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) one work-item, in C++ one
-// thread: there LANES is a plain loop, SHARED an array of the thread's own and SYNC nothing.
-// What all three languages allow: u32, u64 and bool; explicit conversions U32(x), U64(x); min and max
-// of u32; conditions that are bool; functions FN without pointer or array arguments; no floating point, recursion or subgroups.
+// UNIT is the index of the work unit. In shape GROUP a workgroup serves it, in shape ITEM (-DITEM) a work-item, in C++
+// a thread. For a thread, LANES is a plain loop, SHARED is an array of the thread, and SYNC does nothing.
+// README.md lists what a kernel may and may not use.
 #ifndef BOXUNION_DIALECT_H
 #define BOXUNION_DIALECT_H
 
@@ -87,8 +86,8 @@
 #define ATOMIC_OR(target, value) atomic_or(&(target), value)
 
 #else // C++20, compiled inside a namespace that has defined first_counter (see cmake/kernel_native.cpp.in)
-// Builtins instead of <bit>: the linker could keep the copy of a standard inline function that was compiled for
-// a newer CPU than the one it runs on.
+// Builtins instead of <bit>: the linker could keep the copy of a standard inline function that was compiled
+// for a newer CPU than the one that runs it.
 #define SERIAL
 using u32 = std::uint32_t;
 using u64 = std::uint64_t;
@@ -148,8 +147,9 @@ FN u32 max(const u32 a, const u32 b) { return a < b ? b : a; }
   SYNC
 #endif
 
-// Mesa's llvmpipe silently ends every loop of a work-item once it has taken 65 535 turns altogether. The last
-// statement of a kernel whose loops depend on data: counts the units of which that is so. p.two is 2.
+// Mesa's llvmpipe silently ends every loop of a work-item once it has taken 65 535 turns altogether. This is
+// the last statement of a kernel whose loops depend on data. It counts the units in which that happened.
+// p.two is 2.
 #ifdef SERIAL
 #define COUNT_CUT_LOOPS(counter) (void)(counter)
 #else

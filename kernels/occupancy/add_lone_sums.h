@@ -1,8 +1,8 @@
 // Adds a lone box to the sums in closed form.
 // Reads: box_lo, box_hi, open. Writes: the sums.
 
-// Of a lone box on one axis: the ends that are its own in the cell, and the differences of the first three powers of
-// its ends in the tile, as far as the cell's sums have them.
+// The part of a lone box on one axis: its ends that the cell owns, and the differences of the first three
+// powers of its ends in the tile, as far as they belong to the sums of the cell.
 #define LONE_AXIS(name, axis)                                                                          \
   const u32 name##_lo = FIELD(box_lo, axis);                                                           \
   const u32 name##_hi = FIELD(box_hi, axis);                                                           \

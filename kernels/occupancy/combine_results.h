@@ -1,4 +1,4 @@
-// Puts one result in place of a program's last two.
+// Replaces the last two results of a program by one.
 // Reads: operation. Writes: level, depth.
 
 --depth;

@@ -1,5 +1,5 @@
-// Stage: counts the intervals that boxes may fill, 0 .. nx, and the points: as many, and one more at an upper end of
-// the tile where sums end.
+// Stage: counts the intervals that boxes may fill, 0 .. nx, and the points: the same number, and one more at
+// an upper end of the tile where sums end.
 // Reads: points, open. Defines: nx, ny, nz, points_x, points_y, points_z. Writes: bound.
 
 const u32 nx = points[0];

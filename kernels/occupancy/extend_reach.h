@@ -1,5 +1,5 @@
-// Extends the reach of the run's cells with programs. Interval r lies between points r - 1 and r, or the ends of the
-// cell.
+// Extends the reach of the cells with programs. Interval r lies between points r - 1 and r, or the ends of
+// the cell.
 // Reads: filled, bound. Writes: reach.
 
 ONE_LANE {

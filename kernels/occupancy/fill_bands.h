@@ -1,4 +1,4 @@
-// Stage: the union of the cell's boxes, in the bitmap.
+// Stage: fills the bitmap with the union of the cell's boxes.
 // Reads: interval, kept_count, rows_below. Writes: word.
 
 for (u32 chunk = 0u; chunk < count; chunk += STAGED) {

@@ -1,4 +1,5 @@
-// Stage: the vertices are the points across which the octants change along every axis. Looks for them a band at a time.
+// Stage: finds the vertices, one band at a time. They are the points across which the octants change along
+// every axis.
 // Reads: word, bound, rows_below. Writes: the result.
 
 for (u32 b = 0u; b < bands; ++b) {

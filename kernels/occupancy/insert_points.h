@@ -1,4 +1,4 @@
-// Stage, for wide cells: inserts the coordinates of the boxes that are kept into the sorted points, chunk by chunk.
+// Stage for wide cells: inserts the coordinates of the kept boxes into the sorted points, chunk by chunk.
 // Reads: lo, hi, kept, kept_count. Writes: bound, points.
 
 LANES(a, 3u) { // insertion

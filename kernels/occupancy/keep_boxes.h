@@ -1,5 +1,5 @@
-// Stage: sorts the boxes that were taken into lone ones, which are added to the result at once, hidden ones, which are
-// dropped, and those that are kept. Of a crowded cell, and of one with a program, all are kept.
+// Stage: divides the boxes taken. Lone ones are added to the result at once, hidden ones are dropped, and the
+// others are kept. In a crowded cell and in a cell with a program, all boxes are kept.
 // Reads: lo, hi, staged, padded. Writes: kept, kept_count, and the result.
 
 if (crowded || !united) { // all are kept
@@ -9,7 +9,7 @@ if (crowded || !united) { // all are kept
   LANES(i, staged) {
     const u64 box_lo = lo[i];
     const u64 box_hi = hi[i];
-    u64 touching = U64(0u); // boxes that touch it, contain it, and equal it: all itself included
+    u64 touching = U64(0u); // numbers of boxes that touch it, contain it, and equal it, including itself
     u64 holding = U64(0u);
     u64 equal = U64(0u);
     for (u32 j = 0u; j < padded; ++j) {
@@ -22,7 +22,7 @@ if (crowded || !united) { // all are kept
       equal += (below | above) == GUARDS ? U64(1u) : U64(0u);
     }
     bool hidden = holding > equal;
-    if (equal > U64(1u)) { // the first one hides the others
+    if (equal > U64(1u)) { // the first of equal boxes hides the others
       for (u32 j = 0u; j < i; ++j) hidden = hidden || (lo[j] == box_lo && hi[j] == box_hi);
     }
     const u32 dropped = hidden ? 1u : 0u;
@@ -32,7 +32,7 @@ if (crowded || !united) { // all are kept
 #else
 #include "occupancy/add_lone_vertices.h"
 #endif
-    } else { // what is dropped goes behind all, to STAGED + i: a branch could not be predicted
+    } else { // dropped boxes go to STAGED + i; branch-free, because the branch would be unpredictable
       LOCAL_FETCH_ADD(slot, kept_count[0], 1u - dropped);
       kept[slot ^ ((slot ^ (STAGED + i)) & (0u - dropped))] = i;
     }

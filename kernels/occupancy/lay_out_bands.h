@@ -1,5 +1,6 @@
-// Stage: chooses how the bitmap's rows share words, and clears the words.
-// Reads: points_x, points_y, points_z. Defines: pitch, reciprocal, rows, step_rows, bands, slices. Writes: rows_below, word.
+// Stage: chooses how the rows of the bitmap share words, and clears the words.
+// Reads: points_x, points_y, points_z. Defines: pitch, reciprocal, rows, step_rows, bands, slices. Writes:
+// rows_below, word.
 
 const u32 pitch = points_x + 1u;
 const u32 reciprocal = 4096u / pitch + 1u; // (i * reciprocal) >> 12 is i / pitch for i up to 64

@@ -1,4 +1,4 @@
-// Stage, for narrow cells: lists the coordinates that mark_points.h has marked in all chunks.
+// Stage for narrow cells: lists the coordinates that mark_points.h has marked in all chunks.
 // Reads: present. Writes: below, bound, points.
 
 LANES(a, 3u) {

@@ -1,4 +1,4 @@
-// Notes which intervals of each axis a band fills.
+// Marks the intervals of each axis that a band fills.
 // Reads: bits, b, z. Writes: filled.
 
 if (bits != U64(0u)) {

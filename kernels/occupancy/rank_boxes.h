@@ -1,6 +1,6 @@
-// Stage: finds the intervals of the boxes that are kept from the points: those below an upper end, and at or below a
-// lower end.
-// Reads: lo, hi, kept, kept_count, points, bound; of narrow cells present, below. Writes: interval.
+// Stage: finds the intervals of the kept boxes between the points: the number of points below an upper end,
+// and at or below a lower end.
+// Reads: lo, hi, kept, kept_count, points, bound; in narrow cells present, below. Writes: interval.
 
 LANES(i, 2u * kept_count[0]) {
   const u32 own = i < kept_count[0] ? 1u : 0u;

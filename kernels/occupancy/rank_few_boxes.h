@@ -1,4 +1,4 @@
-// Stage, for at most FEW boxes: their points and intervals, found by comparing all ends with all.
+// Stage for at most FEW boxes: finds their points and intervals by comparing all ends with all.
 // Reads: lo, hi, kept, kept_count. Writes: points, bound, interval.
 
 const u32 ends = (2u * kept_count[0] + 3u) & ~3u;
@@ -20,7 +20,7 @@ LANES(i, 2u * kept_count[0]) {
   for (u32 j = 0u; j < ends; ++j) rank += ((before - end_of[j]) >> PACKED_BITS) & own_of[j];
   const u64 own = own_of[i];
   interval[i] = rank;
-  // what is not its own goes behind all, to 96 + i
+  // coordinates that the cell does not own go behind all others, to 96 + i
   const u64 behind = ONES * U64(96u + i) - ((U64(32u) << PACKED_STRIDE) | (U64(64u) << (2u * PACKED_STRIDE)));
   const u64 place = behind ^ ((behind ^ rank) & ((own << PACKED_BITS) - own));
   for (u32 a = 0u; a < 3u; ++a) bound[32u * a + FIELD(place, a)] = FIELD(v, a);

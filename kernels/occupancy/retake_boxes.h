@@ -1,4 +1,4 @@
-// Stage, for crowded cells: takes `staged` boxes of the cell again, those from `from_item` on, and ranks them.
+// Stage for crowded cells: takes `staged` boxes of the cell again, from `from_item` on, and ranks them.
 // Reads: from_item, staged. Writes: lo, hi, kept, kept_count, interval.
 
 LANES(i, staged) {

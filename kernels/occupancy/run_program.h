@@ -1,5 +1,6 @@
-// Stage: the cell's program, band by band, on a stack of bands.
-// Reads: program's steps, interval, kept_count, rows_below. Writes: level, word; with REACH, filled and reach.
+// Stage: runs the cell's program band by band, on a stack of bands.
+// Reads: program's steps, interval, kept_count, rows_below. Writes: level, word; with REACH, filled and
+// reach.
 
 for (u32 b = 0u; b < bands; ++b) {
   u32 depth = 0u;

@@ -1,4 +1,4 @@
-// The sums of the run, of each lane its own.
+// The sums of the run. Each lane has its own.
 
 u64 vertices = U64(0u);
 u64 extreme = U64(0u);

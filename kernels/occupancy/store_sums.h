@@ -1,4 +1,4 @@
-// The sums of all lanes, and of REACH the reach, become those of the run.
+// Combines the sums of all lanes, and with REACH their reach, to those of the run.
 // Reads: the sums, reach. Writes: sum.
 
 STORE_SUM(sum[SUM_STRIDE * unit + SUM_VERTICES], lanes, vertices);

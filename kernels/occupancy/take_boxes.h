@@ -1,5 +1,5 @@
-// Stage: takes up to STAGED boxes of the cell, those from `chunk` on, and clips them to it. Behind them come boxes that
-// touch nothing, up to a multiple of four.
+// Stage: takes up to STAGED boxes of the cell, from `chunk` on, and clips them to it. After them come boxes
+// that touch nothing, up to a multiple of four.
 // Reads: chunk, staged, padded. Writes: lo, hi (with guard bits).
 
 LANES(i, padded) {

@@ -1,5 +1,5 @@
-// What the four kernels of cell_occupancy.k differ in. They are read with SUMS if they give sums in place of vertices,
-// with BOOLEAN if cells may have programs; those with both also say how far cells with programs reach (REACH).
+// The differences of the four kernels of cell_occupancy.k. With SUMS they give sums instead of vertices. With
+// BOOLEAN cells may have programs. With both, they also tell how far cells with programs reach (REACH).
 
 #ifdef BOOLEAN
 #define PROGRAM_BUFFERS                                                        \
@@ -27,13 +27,14 @@
 #ifdef SUMS
 #define RESULT_BUFFER OUT(4, u64, sum) // SUM_STRIDE words a run, see contract.h
 #define SUMS_LOCALS SHARED_REDUCTION(u64, lanes) REACH_LOCALS
-#define RESERVE(count) // sums need no place
+#define RESERVE(count) // sums need no reservation
 #include "occupancy/weights.h"
 #else
 #define RESULT_BUFFER OUT(4, u32, vertex) // x, y, z (ordinals), octant mask
 #define WEIGHTS_BUFFER
 #define SUMS_LOCALS
-// Reserves places for vertices, which WRITE_VERTEX then writes one by one: x, y, z count from the cell's origin.
+// Reserves places for vertices. WRITE_VERTEX then writes them one by one; x, y, z count from the origin of
+// the cell.
 #define RESERVE(count)                                     \
   GLOBAL_FETCH_ADD(reserved, total[TOTAL_FOUND], count);   \
   u32 slot = reserved;

@@ -19,8 +19,8 @@ FN u64 weight_of_length(const u32 weights, const u32 axis) {
   return weight(weights, LENGTH_AT(axis), WEIGHT_LENGTH_BITS, WEIGHT_LENGTH_BIAS);
 }
 
-// The weights of a point at the upper end of the tile on one axis: it is no vertex there, and no end of the tile's
-// face across that axis, nor of an edge along the other two.
+// The weights of a point at the upper end of the tile on one axis. It is not a vertex there, and not an end
+// of the tile's face across that axis or of an edge along the other two.
 FN u32 on_end(const u32 weights, const u32 axis, const u32 other, const u32 third) {
   const u32 flags = (1u << WEIGHT_VERTEX) | (1u << WEIGHT_EXTREME);
   const u32 area = ((1u << WEIGHT_AREA_BITS) - 1u) << AREA_AT(axis);
