@@ -10,7 +10,7 @@ CellProgram append_program(std::span<const Step> steps, std::span<const CellBoxe
   using Operation = CellStep::Operation;
   const std::size_t first = out.size();
   const auto add = [&](Operation operation) { out.push_back({operation, {}}); };
-  // an operation whose second result is only just there, and made of boxes, takes these themselves
+  // An operation whose second result has just been made from boxes takes these boxes itself.
   const auto add_or_take_boxes = [&](Operation operation, Operation with_boxes) {
     if (out.size() > first + 1 && out.back().operation == Operation::push)
       out.back().operation = with_boxes;

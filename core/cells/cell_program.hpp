@@ -9,13 +9,14 @@
 
 namespace boxunion {
 
-/// Which boxes of a cell belong to an operand, counted from the cell's first one.
+/// The boxes of a cell that belong to an operand, counted from the cell's first box.
 struct CellBoxes {
   std::uint32_t first = 0, count = 0;
 };
 
-/// One operation of a cell's program, as the kernels read it: an expression over the cell's boxes, in postfix
-/// order. Boxes that are united with the last result or taken out of it need no result of their own.
+/// One operation of a cell's program, in the form that kernels read: an expression over the cell's boxes, in
+/// postfix order. Boxes that are united with the last result, or taken out of it, need no result of their
+/// own.
 struct CellStep {
   enum class Operation : std::uint32_t {
     push = STEP_PUSH,    ///< a new result: the union of some boxes
@@ -29,10 +30,10 @@ struct CellStep {
     reversed_difference = STEP_REVERSED_DIFFERENCE
   };
   Operation operation = Operation::push;
-  CellBoxes boxes;  ///< push, unite, carve
+  CellBoxes boxes;  ///< for push, unite and carve
 };
 
-/// A cell's program; without steps, the cell is the union of its boxes.
+/// A cell's program. Without steps, the cell is the union of its boxes.
 struct CellProgram {
   std::uint32_t first = 0, count = 0;  ///< in CellBatch::steps
 };

@@ -12,25 +12,25 @@ namespace boxunion {
 namespace {
 
 constexpr std::uint32_t kGuards = 1u << 31 | 1u << 15;
-using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // of boxes compared at a time
+using Lanes4 [[gnu::vector_size(16)]] = std::uint32_t;  // boxes compared at a time
 using Lanes8 [[gnu::vector_size(32)]] = std::uint32_t;
 constexpr std::uint32_t kMostLanes = 8;
 constexpr std::uint64_t kMostCompared = 64;  // per box, on average
-// By division: if a sweep would take at least so many comparisons per box, each of which touches so few
-// others by estimate and in fact.
+// Limits of division. A sweep would take at least so many comparisons per box, and a box touches at most so
+// many others, by estimate and in fact.
 constexpr std::uint64_t kLeastDivided = 512, kMostPairs = 8;
 constexpr double kMostExpected = 2;
-constexpr std::uint32_t kFirst = 512;   // if of the first ones, at most half of all, ...
-constexpr double kMostTouching = 0.75;  // ... more than this share touch a later one, the sweep gives up
+constexpr std::uint32_t kFirst = 512;   // of the first boxes, at most half of all, ...
+constexpr double kMostTouching = 0.75;  // ... if more than this share touch a later one, the sweep gives up
 
-/// y and z less their lowest `shift` bits, 15 bits each.
+/// y and z without their lowest `shift` bits, 15 bits each.
 std::uint32_t pack_yz(std::uint64_t corner, int shift) {
   return (std::uint32_t(corner >> (packed::kBits + 1 + shift)) & 0x7fffu) |
          (std::uint32_t(corner >> (2 * packed::kBits + 2 - 16 + shift)) & 0x7fff0000u);
 }
 
-/// Does one of the boxes begin .. end - 1, of which these are y and z, touch there? Compares as many at a
-/// time as Lanes has, so it sees some of those behind.
+/// True if one of the boxes begin .. end - 1 touches the box on y and z, which are packed here. Compares as
+/// many boxes at a time as Lanes has, so it reads some boxes beyond the end.
 template <class Lanes>
 [[gnu::always_inline]] inline bool any_touches(const std::uint32_t* los, const std::uint32_t* his,
                                                std::uint32_t begin, std::uint32_t end, std::uint32_t lo,
@@ -48,7 +48,8 @@ template <class Lanes>
   return any != 0;
 }
 
-/// How many others a box would touch, on average, were boxes of such edges strewn evenly; by a sample.
+/// The average number of others that a box would touch if boxes with such edges were evenly distributed. By a
+/// sample.
 double expected_to_touch(std::span<const PackedBox> boxes) {
   constexpr std::size_t kSample = 24;
   std::vector<PackedBox> sample;
@@ -94,10 +95,11 @@ bool Clusters::find(std::span<const PackedBox> boxes, std::uint32_t edge) {
   return true;
 }
 
-/// A counting sort by low x. Shifted coordinates may make boxes seem to touch that do not, never the reverse.
+/// Sorts by low x, by counting. Shifted coordinates may make boxes seem to touch that do not, but never the
+/// reverse.
 void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   const int log_edge = std::bit_width(edge);
-  const int log_buckets = std::min(13, 1 + int(std::bit_width(boxes.size())));  // a few for every box
+  const int log_buckets = std::min(13, 1 + int(std::bit_width(boxes.size())));  // a few buckets for every box
   const int x_shift = std::max(0, log_edge - log_buckets), yz_shift = std::max(0, log_edge - 14);
   const auto bucket = [&](std::uint64_t corner) { return packed::field(corner, 0) >> x_shift; };
   bucket_end_.assign(((edge + 1) >> x_shift) + 2, 0);
@@ -110,7 +112,7 @@ void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   lo_.resize(n + kMostLanes);
   hi_.resize(n + kMostLanes);
   std::fill_n(lo_.begin() + std::ptrdiff_t(n), kMostLanes,
-              ~kGuards);  // what is behind the last box touches nothing
+              ~kGuards);  // padding behind the last box touches nothing
   std::fill_n(hi_.begin() + std::ptrdiff_t(n), kMostLanes, kGuards);
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint32_t place = bucket_end_[bucket(boxes[i].lo)]++;
@@ -121,7 +123,7 @@ void Clusters::sort(std::span<const PackedBox> boxes, std::uint32_t edge) {
   }
 }
 
-/// Joins the trees of boxes that touch. False if that would take or takes too many comparisons.
+/// Joins the trees of boxes that touch. False if that takes, or would take, too many comparisons.
 template <class Lanes>
 [[gnu::always_inline]] inline bool Clusters::join_touching(std::span<const PackedBox> boxes) {
   constexpr std::uint32_t lanes = sizeof(Lanes) / 4;
@@ -158,7 +160,7 @@ template <class Lanes>
 }
 #endif
 
-/// The same of boxes that are too long for a sweep, unless many of them touch.
+/// The same for boxes that are too long for a sweep. False if many of them touch.
 bool Clusters::join_by_division(std::span<const PackedBox> boxes) {
   if (expected_to_touch(boxes) > kMostExpected) return false;
   std::vector<std::uint32_t> place(boxes.size());

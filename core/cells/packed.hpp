@@ -12,7 +12,7 @@ namespace boxunion {
 /// three axes at once (kernels/cell.h has the device's side).
 namespace packed {
 
-inline constexpr int kBits = PACKED_BITS;      ///< of a coordinate
+inline constexpr int kBits = PACKED_BITS;      ///< bits of a coordinate
 inline constexpr int kStride = PACKED_STRIDE;  ///< from one coordinate to the next
 inline constexpr std::uint32_t kMax = PACKED_MOST;
 inline constexpr std::uint64_t kGuards = std::uint64_t{PACKED_GUARDS_HIGH} << 32 | PACKED_GUARDS_LOW;
@@ -31,32 +31,33 @@ constexpr std::uint64_t guard(int axis) {
 constexpr std::uint64_t with_field(std::uint64_t p, int axis, std::uint32_t value) {
   return (p & ~(std::uint64_t{kMax} << (kStride * axis))) | std::uint64_t{value} << (kStride * axis);
 }
-/// a <= b on every axis?
+/// True if a <= b on every axis.
 constexpr bool all_le(std::uint64_t a, std::uint64_t b) {
   return (((b | kGuards) - a) & kGuards) == kGuards;
 }
 
 }  // namespace packed
 
-/// A box of a tile: packed coordinates that count from 1 at the tile's low corner; 0 stands for everything
-/// below the tile and size + 1 for its upper end and beyond.
+/// A box of a tile, in packed coordinates. They count from 1 at the low corner of the tile. 0 stands for
+/// everything below the tile, and size + 1 for its upper end and everything beyond.
 struct PackedBox {
   std::uint64_t lo = 0, hi = 0;
   friend bool operator==(const PackedBox&, const PackedBox&) = default;
   friend auto operator<=>(const PackedBox&, const PackedBox&) = default;
 };
 
-/// Boxes of a tile as words: one of a box that begins in the tile and is short, else two. Short is what the
-/// bits that a coordinate does not need can hold: in a tile of 2^11 ordinals an axis, edges below 2^10.
+/// Boxes of a tile as words: one for a short box that begins in the tile, otherwise two. A box is short if
+/// its edges fit the bits that coordinates do not need: in a tile of 2^11 ordinals on each axis, edges below
+/// 2^10.
 class PackedWords {
  public:
-  /// Of tiles with edges of at most 2^log_edge ordinals.
+  /// For tiles with edges of at most 2^log_edge ordinals.
   explicit PackedWords(int log_edge)
       : log_edge_(log_edge),
         lo_mask_(kOnes * ((1u << log_edge) - 1)),
         extent_mask_(kOnes * ((1u << (packed::kBits + 1 - log_edge)) - 1)) {}
 
-  /// Calls put(word) for each of its words in turn.
+  /// Calls put(word) for each word of a box, in order.
   template <class Put>
   void encode(const PackedBox& box, Put&& put) const {
     const std::uint64_t extent = box.hi - box.lo;
@@ -66,8 +67,8 @@ class PackedWords {
     put(box.hi);
   }
 
-  /// Reads the words of a tile one after the other. True if a word completes `box`; else `first` keeps it for
-  /// the next one. It is 0 at the start.
+  /// Reads the words of a tile one after the other. Returns true if a word completes `box`. Otherwise,
+  /// `first` keeps the word for the next call. `first` must be 0 at the start.
   bool decode(std::uint64_t word, std::uint64_t& first, PackedBox& box) const {
     if ((word & kTwo) != 0 || first != 0) [[unlikely]] {
       box = {first & ~kTwo, word};
@@ -87,8 +88,8 @@ class PackedWords {
 
 /// A region [lo, hi) of a tile, packed like its boxes.
 ///
-/// It owns the points lo <= p < hi on every axis. The boxes that touch it decide all about those points; one
-/// that covers it leaves no vertex there.
+/// It owns the points lo <= p < hi on every axis. The boxes that touch it decide everything about these
+/// points. A region covered by one box has no vertex.
 struct PackedRegion {
   std::uint64_t lo = 0, hi = 0;
 
