@@ -160,9 +160,8 @@ std::vector<Result> mass_results(const MassProperties& mass) {
 
 namespace {
 
-NonManifold contacts_of(const BoundaryOptions& options, FileFormat format) {
-  const bool wants_manifold = format == FileFormat::stl || format == FileFormat::threemf;
-  return options.nonmanifold.value_or(wants_manifold ? NonManifold::split : NonManifold::keep);
+NonManifold contacts_of(const BoundaryOptions& options, const std::string& output) {
+  return options.nonmanifold.value_or(default_contacts(output));
 }
 
 void warn_of_rounding(const std::string& output) {
@@ -176,20 +175,19 @@ BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions&
     : output_(output),
       options_(options),
       common_(common),
-      file_(open_output(output, common.interrupted, kBoundaryFormats, &outputs)),
-      format_(file_format(output, kBoundaryFormats)) {}
+      file_(open_output(output, common.interrupted, FileUse::boundary, &outputs)) {}
 
 void BoundaryWriter::write(const Solid& solid, const Options& options, Report& report) {
-  const NonManifold contacts = contacts_of(options_, format_);
+  const NonManifold contacts = contacts_of(options_, output_);
   VertexCounts counts;
   add_to(counts, solid.vertices);
   results_ = vertex_results(counts);
   std::optional<Boundary> boundary;
-  if (common_.json || is_mesh(format_)) {
+  if (common_.json || is_mesh(output_)) {
     boundary = find_boundary(solid, contacts, options, &report);
     for (const Result& result : boundary_results(counts_of(*boundary))) results_.push_back(result);
   }
-  if (is_mesh(format_))
+  if (is_mesh(output_))
     exact_ = write_mesh(boundary->brep, boundary->triangulation, options_.triangles, std::move(file_));
   else
     write_vertices(solid, std::move(file_));
@@ -265,18 +263,17 @@ void boundary_within(const std::string& input, const std::string& output,
                      const BoundaryOptions& boundary_options, const Common& common) {
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
-  OutputFile out = open_output(output, common.interrupted, kBoundaryFormats, &outputs);
-  const FileFormat format = file_format(output, kBoundaryFormats);
+  OutputFile out = open_output(output, common.interrupted, FileUse::boundary, &outputs);
   const Options options = engine_options(common, bar);
   Report report;
   ExternalBoundary found;
   std::uint64_t slabs = 0;
-  const bool has_faces = common.json || is_mesh(format);
+  const bool has_faces = common.json || is_mesh(output);
   with_threads(common.engine.threads, common.interrupted, [&] {
     const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
     ExternalUnion external(*file, options, *common.budget, report);
     if (has_faces)
-      found = write_boundary(external, contacts_of(boundary_options, format), boundary_options.triangles,
+      found = write_boundary(external, contacts_of(boundary_options, output), boundary_options.triangles,
                              std::move(out), report);
     else
       found.vertices = write_vertices(external, std::move(out));
@@ -325,7 +322,7 @@ void boundary(const std::string& input, const std::string& output, const Boundar
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common) {
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
-  OutputFile file = open_output(output, common.interrupted, kBoxFormats, &outputs);
+  OutputFile file = open_output(output, common.interrupted, FileUse::boxes, &outputs);
   with_threads(common.engine.threads, common.interrupted, [&] {
     BoxWriter<std::int32_t> writer(file, generator.count);
     std::uint64_t done = 0;
@@ -345,8 +342,7 @@ void generate_volume(const std::function<Volume()>& generator, bool as_voxels, c
                      const Common& common) {
   OutputGroup outputs;
   OutputFile file =
-      open_output(output, common.interrupted,
-                  as_voxels ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, &outputs);
+      open_output(output, common.interrupted, as_voxels ? FileUse::voxels : FileUse::boxes, &outputs);
   Result count;
   with_threads(common.engine.threads, common.interrupted, [&] {
     const Volume volume = generator();

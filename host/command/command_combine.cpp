@@ -93,7 +93,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   std::optional<BoundaryWriter> writer;
   if (!output.empty()) writer.emplace(output, boundary_options, common, outputs);
   std::optional<OutputFile> boxes_file;
-  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted, kBoxFormats, &outputs));
+  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted, FileUse::boxes, &outputs));
   const Options options = engine_options(common, bar);
   Report report;
   std::vector<Result> results{string_result("expression", text)};

@@ -71,7 +71,7 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
   std::optional<OutputFile> file;
-  if (!output.empty()) file.emplace(open_output(output, common.interrupted, kBoxFormats, &outputs));
+  if (!output.empty()) file.emplace(open_output(output, common.interrupted, FileUse::boxes, &outputs));
   Report report;
   const std::optional<BoxModel> model = box_model(decompose_options.model);
   std::vector<Result> results = {string_result("model", name(decompose_options.model))};

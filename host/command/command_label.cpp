@@ -20,11 +20,11 @@ namespace {
 /// The files that `label` writes. They are opened before the work that fills them.
 struct LabelFiles {
   std::optional<OutputFile> labels, components;
-  LabelFiles(const std::string& output, std::span<const FileFormat> formats,
-             const LabelOptions& label_options, const Common& common, OutputGroup& outputs) {
-    if (!output.empty()) labels.emplace(open_output(output, common.interrupted, formats, &outputs));
+  LabelFiles(const std::string& output, FileUse use, const LabelOptions& label_options, const Common& common,
+             OutputGroup& outputs) {
+    if (!output.empty()) labels.emplace(open_output(output, common.interrupted, use, &outputs));
     if (!label_options.components.empty())
-      components.emplace(open_output(label_options.components, common.interrupted, kBoxFormats, &outputs));
+      components.emplace(open_output(label_options.components, common.interrupted, FileUse::boxes, &outputs));
   }
 };
 
@@ -76,8 +76,7 @@ void label(const std::string& input, const std::string& output, const LabelOptio
   HeldBoxes held(common);
   const bool volume = is_volume(input);
   OutputGroup outputs;
-  LabelFiles files(output, volume ? std::span<const FileFormat>(kVoxelFormats) : kBoxFormats, label_options,
-                   common, outputs);
+  LabelFiles files(output, volume ? FileUse::voxels : FileUse::boxes, label_options, common, outputs);
   std::vector<Result> results = with_threads(common.engine.threads, common.interrupted, [&] {
     return volume ? label_voxels_of(input, std::move(files), label_options.connectivity, common)
                   : label_boxes_of(input, std::move(files), label_options.connectivity, held, common, bar);

@@ -43,7 +43,6 @@ class BoundaryWriter {
   const BoundaryOptions& options_;
   const Common& common_;
   OutputFile file_;
-  FileFormat format_;
   std::vector<Result> results_;
   bool exact_ = true;
 };

@@ -26,6 +26,8 @@
 #include "host/command/command_memory.hpp"
 #include "host/command/command_numbers.hpp"
 #include "host/command/command_output.hpp"
+#include "host/device/backend.hpp"
+#include "host/files/files.hpp"
 #include "host/files/scratch.hpp"
 
 namespace {
@@ -50,8 +52,8 @@ Examples:
   boxunion bench --quick
 
 Boxes are read from .csv (lines xmin,ymin,zmin,xmax,ymax,zmax with an optional header) or .npy (an array of
-shape (n, 6) of float64, float32, int32 or int64). Volumes of voxels are read from .npy (an array of shape
-(z, y, x)), .nrrd, .nhdr, .mha, .mhd, .tif, .tiff or .vox. Each voxel inside is a box.
+shape (n, 6) of float64, float32, int32 or int64). Volumes of voxels are read from {}
+(.npy: an array of shape (z, y, x)). Each voxel inside is a box.
 Whole numbers may have an exponent (1e6). Sizes may have a unit (512M, 1.5G, 2GiB).
 
 Exit status: 0 done, 2 wrong usage, 3 bad input, 4 device missing or failed, 5 out of memory, disk or limits,
@@ -86,8 +88,10 @@ Examples:
   boxunion bench --compare old.json new.json
   boxunion bench --tune)";
 
-constexpr const char* kBoundaryOutput =
-    "File to write: vertices as .csv or .npy, a mesh as .obj, .ply, .off, .stl or .3mf";
+std::string boundary_output() {
+  return fmt::format("File to write: vertices as {}, a mesh as {}", extensions(FileUse::boxes),
+                     extensions(FileUse::mesh));
+}
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler sets it");
@@ -157,7 +161,8 @@ class CommandLine {
     add_generate();
     add_devices();
     add_bench();
-    app_.footer(kExamples);  // last, because subcommands inherit an earlier footer
+    // last, because subcommands inherit an earlier footer
+    app_.footer(fmt::format(kExamples, extensions(FileUse::volume)));
   }
 
   int run(int argc, const char* const* argv) {
@@ -214,7 +219,7 @@ class CommandLine {
   void add_boundary() {
     CLI::App* sub = app_.add_subcommand("boundary", "The boundary of the union: its vertices, or a mesh");
     add_input(sub);
-    add_boundary_options(sub, add_output(sub, kBoundaryOutput));
+    add_boundary_options(sub, add_output(sub, boundary_output()));
     add_engine_options(sub);
     add_print_options(sub);
     add_memory(sub);
@@ -245,11 +250,12 @@ class CommandLine {
   void add_label() {
     CLI::App* sub = app_.add_subcommand("label", "The connected components of the union");
     add_input(sub);
-    add_output(sub,
-               "File to write: for boxes, disjoint boxes with labels as .csv or .npy; for a volume, a volume "
-               "of labels as .npy, 0 outside")
+    add_output(sub, fmt::format("File to write: for boxes, disjoint boxes with labels as {}; for a volume, a "
+                                "volume of labels as {}, 0 outside",
+                                extensions(FileUse::boxes), extensions(FileUse::voxels)))
         ->required(false);
-    sub->add_option("--components", label_.components, "File for a table of the components: .csv or .npy");
+    sub->add_option("--components", label_.components,
+                    "File for a table of the components: " + extensions(FileUse::boxes));
     add_connectivity(sub, label_.connectivity, "What counts as connected (default: 6)");
     add_engine_options(sub);
     add_print_options(sub);
@@ -265,8 +271,10 @@ class CommandLine {
                     "Boxes or voxels of each set, as FILE of measure; options for voxels apply to all sets")
         ->required();
     add_volume_options(sub);
-    add_boundary_options(sub, add_output(sub, kBoundaryOutput)->required(false));
-    sub->add_option("--boxes", boxes_, "File for the result as disjoint boxes: .csv or .npy (see decompose)");
+    add_boundary_options(sub, add_output(sub, boundary_output())->required(false));
+    sub->add_option(
+        "--boxes", boxes_,
+        fmt::format("File for the result as disjoint boxes: {} (see decompose)", extensions(FileUse::boxes)));
     add_engine_options(sub);
     add_print_options(sub);
     add_memory(sub);
@@ -399,10 +407,9 @@ class CommandLine {
   }
 
   void add_input(CLI::App* sub, const std::string& model_option = "--model") {
-    sub->add_option(
-           "FILE", input_,
-           "Boxes: .csv, .npy, or - for CSV on standard input; voxels: .npy, .nrrd, .nhdr, .mha, .mhd, "
-           ".tif, .tiff or .vox")
+    sub->add_option("FILE", input_,
+                    fmt::format("Boxes: {}, or - for CSV on standard input; voxels: {}",
+                                extensions(FileUse::boxes), extensions(FileUse::volume)))
         ->required();
     add_volume_options(sub, model_option);
   }
@@ -413,11 +420,14 @@ class CommandLine {
         ->transform(finite_number());
     sub->add_option(
            model_name, common_.volume.model,
-           "Read only this model of a .vox file, counted from 1 (default: all, as the scene places them)")
+           fmt::format("Read only this model of a {} file, counted from 1 (default: all, as the scene places "
+                       "them)",
+                       extensions(FileUse::scene)))
         ->transform(whole_number(1, std::numeric_limits<std::uint32_t>::max()));
   }
 
-  CLI::Option* add_output(CLI::App* sub, const std::string& help = "File to write: .csv or .npy") {
+  CLI::Option* add_output(CLI::App* sub,
+                          const std::string& help = "File to write: " + extensions(FileUse::boxes)) {
     return sub->add_option("-o,--output", output_, help)->required();
   }
 
@@ -427,9 +437,10 @@ class CommandLine {
     add_choice<std::optional<NonManifold>>(
         sub, "--nonmanifold", boundary_.nonmanifold,
         {{"keep", NonManifold::keep}, {"split", NonManifold::split}},
-        "Edges with four faces and vertices where corners touch: keep them, or "
-        "split them into copies so that the mesh is a manifold (default: "
-        "split for .stl and .3mf, otherwise keep)")
+        fmt::format("Edges with four faces and vertices where corners touch: keep them, or "
+                    "split them into copies so that the mesh is a manifold (default: "
+                    "split for {}, otherwise keep)",
+                    extensions(FileUse::manifold, " and ")))
         ->needs(output);
   }
 
@@ -455,8 +466,7 @@ class CommandLine {
     sub->add_option("--cell", common_.engine.tuning.cell,
                     "Edge of a cell in ordinals, rounded up to a power of two; 0 (default): by estimate")
         ->transform(whole_number(0, 1 << 19));
-    sub->add_option("--device", common_.engine.device,
-                    "auto, native, opencl[:i] or vulkan[:i]; see boxunion devices")
+    sub->add_option("--device", common_.engine.device, device_choices() + "; see boxunion devices")
         ->capture_default_str();
     sub->add_flag(
         "--no-fallback{false}", common_.engine.fallback,
@@ -542,7 +552,8 @@ class CommandLine {
         ->expected(1, 3)
         ->transform(length());
     sub->add_flag("--volume", as_voxels_,
-                  "Write the voxels (.npy of uint8, shape (z, y, x)) instead of their boxes");
+                  fmt::format("Write the voxels ({} of uint8, shape (z, y, x)) instead of their boxes",
+                              extensions(FileUse::voxels)));
     add_output(sub);
     add_threads(sub);
     add_print_options(sub);

@@ -62,14 +62,24 @@ bool environment_flag(const char* name);
 /// of its own memory needs it, so that tests reach that path without such a GPU.
 enum class ZeroCopy { where_possible, never };
 
-DeviceInfo describe_native();
-std::unique_ptr<Device> open_native();
+/// A kind of device: one entry of the table in host/device/backends.cpp.
+struct Backend {
+  std::string_view kind;  ///< how the ids of its devices begin
+  std::string_view name;  ///< what messages call it
+  /// Its devices in the order of their index, and notes on what is missing. Null if it is not built in.
+  std::vector<DeviceInfo> (*list)(std::vector<std::string>& notes) = nullptr;
+  /// Opens a device that list() has.
+  std::unique_ptr<Device> (*open)(std::size_t index, ZeroCopy zero_copy) = nullptr;
+};
 
-// A list has the devices in order of their index; an index is valid if it is in the list.
-std::vector<DeviceInfo> list_opencl(std::vector<std::string>& notes);
-std::unique_ptr<Device> open_opencl(std::size_t index, ZeroCopy zero_copy);
-std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes);
-std::unique_ptr<Device> open_vulkan(std::size_t index, ZeroCopy zero_copy);
+/// The table, native first.
+std::span<const Backend> backends();
+
+/// The devices of a back end. One that is not built in has none and notes that.
+std::vector<DeviceInfo> list_devices(const Backend& backend, std::vector<std::string>& notes);
+
+/// What --device takes: "auto, native, opencl[:i] or vulkan[:i]".
+std::string device_choices();
 
 /// open_device with a choice that only tests make.
 std::unique_ptr<Device> open_device(const std::string& id, ZeroCopy zero_copy);

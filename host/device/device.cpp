@@ -4,14 +4,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.hpp"
 #include "host/device/backend.hpp"
+#include "host/device/failing_device.hpp"
+#include "host/device/forwarding_device.hpp"
 #include "kernels/contract.h"
 
 namespace boxunion {
@@ -72,100 +74,22 @@ bool environment_flag(const char* name) {
   return value != nullptr && *value != '\0' && std::string_view(value) != "0";
 }
 
-#ifndef BOXUNION_HAVE_OPENCL
-std::vector<DeviceInfo> list_opencl(std::vector<std::string>& notes) {
-  notes.emplace_back("OpenCL: not built in");
-  return {};
-}
-std::unique_ptr<Device> open_opencl(std::size_t, ZeroCopy) {
-  return nullptr;
-}
-#endif
-
-#ifndef BOXUNION_HAVE_VULKAN
-std::vector<DeviceInfo> list_vulkan(std::vector<std::string>& notes) {
-  notes.emplace_back("Vulkan: not built in");
-  return {};
-}
-std::unique_ptr<Device> open_vulkan(std::size_t, ZeroCopy) {
-  return nullptr;
-}
-#endif
-
 namespace {
 
-/// The call of a device that fails, and how many of them are left before it does; for tests.
-struct InjectedFailure {
-  std::string call;
-  int countdown = 0;
-};
-
-/// A device of a driver. It fails in a child of the process that opened it, and where a test wants it to.
-class DriverDevice final : public Device {
+/// A device of a driver. It fails in a child of the process that opened it.
+class DriverDevice final : public ForwardingDevice {
  public:
-  DriverDevice(std::unique_ptr<Device> device, InjectedFailure failure)
-      : device_(std::move(device)), failure_(std::move(failure)) {
+  explicit DriverDevice(std::unique_ptr<Device> device) : ForwardingDevice(std::move(device)) {
     process_.claim();
   }
 
-  const DeviceInfo& info() const override { return device_->info(); }
-  std::unique_ptr<Buffer> allocate(std::size_t bytes) override {
-    before("allocate");
-    return device_->allocate(bytes);
-  }
-  void upload(Buffer& buffer, std::size_t bytes) override {
-    before("upload");
-    device_->upload(buffer, bytes);
-  }
-  void download(Buffer& buffer, std::size_t offset, std::size_t bytes) override {
-    before("download");
-    device_->download(buffer, offset, bytes);
-  }
-  void clear(Buffer& buffer, std::size_t bytes) override {
-    before("clear");
-    device_->clear(buffer, bytes);
-  }
-  std::unique_ptr<Kernel> load(const KernelSource& source, Shape shape, std::uint32_t workgroup) override {
-    before("load");
-    return device_->load(source, shape, workgroup);
-  }
-  void dispatch(Kernel& kernel, std::span<Buffer* const> buffers, std::span<const std::byte> parameters,
-                std::uint32_t units) override {
-    before("dispatch");
-    device_->dispatch(kernel, buffers, parameters, units);
-  }
-  void wait() override {
-    before("wait");
-    device_->wait();
-  }
-  double kernel_seconds() const override { return device_->kernel_seconds(); }
-
  private:
-  void before(std::string_view call) {
+  void before(std::string_view) override {
     if (!process_.is_here()) throw Error(ErrorKind::device, used_before_fork(info().id));
-    if (call == failure_.call && --failure_.countdown == 0)
-      throw Error(ErrorKind::device, fmt::format("{}: injected failure of {}", info().id, call));
   }
 
-  std::unique_ptr<Device> device_;
-  InjectedFailure failure_;
   DriverProcess process_;
 };
-
-InjectedFailure injected_failure() {
-  const char* value = std::getenv("BOXUNION_FAIL_DEVICE");
-  if (value == nullptr || *value == '\0') return {};
-  const std::string_view text(value);
-  const std::size_t colon = std::min(text.find(':'), text.size());
-  const std::string_view call = text.substr(0, colon), number = text.substr(std::min(colon + 1, text.size()));
-  int count = 0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count);
-  if (error != std::errc() || end != number.data() + number.size() || count < 1)
-    throw Error(ErrorKind::usage, fmt::format("BOXUNION_FAIL_DEVICE={}: expected a call and a number from 1, "
-                                              "for example dispatch:3",
-                                              text));
-  return {std::string(call), count};
-}
 
 /// False only where there certainly is no GPU. Drivers of CPU devices take 0.1 s to wake, so it is worth
 /// asking.
@@ -187,21 +111,36 @@ bool may_have_gpu() {
   throw Error(ErrorKind::device, message);
 }
 
-/// The id of the device that `id` means. Wakes no driver without need.
-std::string resolve(const std::string& id) {
-  if (id == "native") return id;
-  if (id == "auto") {
-    if (may_have_gpu())
-      for (const DeviceInfo& device : list_devices())
-        if (!device.is_cpu) return device.id;
-    return "native";
-  }
+/// The device that an id means, by its back end and its index there.
+struct Place {
+  const Backend* backend;
+  std::size_t index;
+};
+
+/// The first GPU, if there is one.
+std::optional<Place> first_gpu() {
   std::vector<std::string> notes;
-  std::vector<DeviceInfo> devices;
-  if (id.starts_with("opencl")) devices = list_opencl(notes);
-  if (id.starts_with("vulkan")) devices = list_vulkan(notes);
-  for (const DeviceInfo& device : devices)
-    if (device.id == id || device.id == id + ":0") return device.id;
+  if (may_have_gpu())
+    for (const Backend& backend : backends()) {
+      const std::vector<DeviceInfo> devices = list_devices(backend, notes);
+      for (std::size_t i = 0; i < devices.size(); ++i)
+        if (!devices[i].is_cpu) return Place{&backend, i};
+    }
+  return std::nullopt;
+}
+
+/// Wakes no driver without need.
+Place resolve(const std::string& id) {
+  const Backend& native = backends().front();
+  if (id == native.kind) return {&native, 0};
+  if (id == "auto") return first_gpu().value_or(Place{&native, 0});
+  std::vector<std::string> notes;
+  for (const Backend& backend : backends())
+    if (id.starts_with(backend.kind)) {
+      const std::vector<DeviceInfo> devices = list_devices(backend, notes);
+      for (std::size_t i = 0; i < devices.size(); ++i)
+        if (devices[i].id == id || devices[i].id == id + ":0") return {&backend, i};
+    }
   no_such_device(id);
 }
 
@@ -209,21 +148,18 @@ std::string resolve(const std::string& id) {
 
 std::vector<DeviceInfo> list_devices(std::vector<std::string>* notes) {
   std::vector<std::string> ignored;
-  std::vector<std::string>& lines = notes != nullptr ? *notes : ignored;
-  std::vector<DeviceInfo> devices{describe_native()};
-  for (DeviceInfo& device : list_opencl(lines)) devices.push_back(std::move(device));
-  for (DeviceInfo& device : list_vulkan(lines)) devices.push_back(std::move(device));
+  std::vector<DeviceInfo> devices;
+  for (const Backend& backend : backends())
+    for (DeviceInfo& device : list_devices(backend, notes != nullptr ? *notes : ignored))
+      devices.push_back(std::move(device));
   return devices;
 }
 
 std::unique_ptr<Device> open_device(const std::string& id, ZeroCopy zero_copy) {
-  const std::string found = resolve(id);
-  if (found == "native") return open_native();
-  const std::size_t colon = found.find(':');
-  const std::size_t index = std::stoul(found.substr(colon + 1));
-  return std::make_unique<DriverDevice>(
-      found.starts_with("opencl") ? open_opencl(index, zero_copy) : open_vulkan(index, zero_copy),
-      injected_failure());
+  const auto [backend, index] = resolve(id);
+  std::unique_ptr<Device> device = backend->open(index, zero_copy);
+  if (backend == &backends().front()) return device;
+  return failing_if_asked(std::make_unique<DriverDevice>(std::move(device)));
 }
 
 std::unique_ptr<Device> open_device(const std::string& id) {

@@ -30,6 +30,17 @@ const std::string& cpu_name() {
   return name;
 }
 
+DeviceInfo describe() {
+  DeviceInfo info;
+  info.id = "native";
+  info.name = cpu_name();
+  info.driver = "oneTBB, " + std::string(to_string(instruction_set()));
+  info.memory_bytes =
+      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  info.max_buffer_bytes = info.memory_bytes;
+  return info;
+}
+
 /// CPU seconds of this thread.
 double thread_seconds() {
   timespec time;
@@ -91,24 +102,17 @@ class NativeDevice final : public Device {
   double kernel_seconds() const override { return seconds_; }
 
  private:
-  DeviceInfo info_ = describe_native();
+  DeviceInfo info_ = describe();
   double seconds_ = 0;
 };
 
 }  // namespace
 
-DeviceInfo describe_native() {
-  DeviceInfo info;
-  info.id = "native";
-  info.name = cpu_name();
-  info.driver = "oneTBB, " + std::string(to_string(instruction_set()));
-  info.memory_bytes =
-      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  info.max_buffer_bytes = info.memory_bytes;
-  return info;
+std::vector<DeviceInfo> list_native(std::vector<std::string>&) {
+  return {describe()};
 }
 
-std::unique_ptr<Device> open_native() {
+std::unique_ptr<Device> open_native(std::size_t, ZeroCopy) {
   return std::make_unique<NativeDevice>();
 }
 

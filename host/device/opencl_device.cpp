@@ -1,3 +1,4 @@
+#define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include <fmt/format.h>
 

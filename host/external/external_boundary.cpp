@@ -125,8 +125,8 @@ class BoundaryRun {
     if (std::max(vertices.fans, points + midpoint_keys_.size()) > kMostNumbers ||
         counts.triangles > kMostNumbers)
       throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points or triangles");
-    if (is_mesh(file_format(file.path(), kBoundaryFormats))) {
-      writer_.emplace(file, triangles_only, points + midpoint_keys_.size(), counts.triangles);
+    if (is_mesh(file.path())) {
+      writer_ = begin_mesh(file, {points + midpoint_keys_.size(), counts.triangles, triangles_only});
       write_points();
     } else {
       write_vertices(file);
@@ -357,7 +357,7 @@ class BoundaryRun {
   std::array<std::unique_ptr<Runs>, 2> by_plane_;
   std::unique_ptr<SortedRuns<Midpoint>> midpoints_;  // if contacts are split
   std::vector<std::uint64_t> midpoint_keys_;         // of the midpoints, sorted
-  std::optional<MeshWriter> writer_;
+  std::unique_ptr<MeshWriter> writer_;
   std::optional<DisjointSets> shells_;
 };
 

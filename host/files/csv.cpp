@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,7 +16,9 @@
 #include "core/base/parallel.hpp"
 #include "core/solid/octants.hpp"
 #include "host/files/formats.hpp"
+#include "host/files/spooled_boxes.hpp"
 #include "host/files/text_rows.hpp"
+#include "host/files/voxel_data.hpp"
 
 namespace boxunion::csv {
 namespace {
@@ -24,6 +28,9 @@ constexpr std::size_t kBlockBytes = 8 << 20;  ///< maximum block of a file in me
 constexpr std::size_t kChunkBytes = 1 << 17;  ///< parsed by one thread at a time
 constexpr std::size_t kPiecesAtOnce = 32;     ///< maximum number of chunks whose boxes are in memory at once
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
+
+/// Takes boxes in the order of the file.
+using BoxSink = std::function<void(std::span<const Box>)>;
 
 bool is_space(char c) {
   return c == ' ' || c == '\t';
@@ -189,9 +196,9 @@ class Reader {
   bool started_ = false;
 };
 
-}  // namespace
-
-void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect) {
+/// Gives all boxes to `sink`, block by block. Calls expect(t) now and then: the file is about t times what
+/// has been read.
+void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect = {}) {
   Reader reader(file.name(), sink);
   std::string block;
   std::size_t kept = 0;  // bytes of an unfinished line at the start of the block
@@ -218,38 +225,51 @@ void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void
                     done == 0 ? "the file is empty" : "the file has only blank lines and comments", kHeader));
 }
 
-BoxSet read_boxes(InputFile& file) {
-  std::vector<Box> boxes;
-  stream_boxes(
-      file, [&](std::span<const Box> block) { boxes.insert(boxes.end(), block.begin(), block.end()); },
-      [&](double times) {  // reserves room for all boxes, once
-        if (boxes.capacity() < std::size_t(double(boxes.size()) * times))
-          boxes.reserve(std::size_t(double(boxes.size()) * times * 1.05));
-      });
-  return boxes;
-}
+class Input final : public InputBoxes {
+ public:
+  explicit Input(std::shared_ptr<InputFile> file) : file_(std::move(file)) {}
+  bool is_volume() const override { return false; }
 
-void write_box_header(OutputFile& file) {
+  BoxSet read() override {
+    std::vector<Box> boxes;
+    stream_boxes(
+        *file_, [&](std::span<const Box> block) { boxes.insert(boxes.end(), block.begin(), block.end()); },
+        [&](double times) {  // reserves room for all boxes, once
+          if (boxes.capacity() < std::size_t(double(boxes.size()) * times))
+            boxes.reserve(std::size_t(double(boxes.size()) * times * 1.05));
+        });
+    return boxes;
+  }
+  std::unique_ptr<BoxFile> open(const Budget& budget) override {
+    auto boxes = std::make_unique<SpooledBoxes>(*file_, budget);
+    stream_boxes(*file_, [&](std::span<const Box> block) { boxes->append(block); });
+    return boxes;
+  }
+  Volume read_volume() override { reject(*file_, "found boxes, expected voxels"); }
+
+ private:
+  std::shared_ptr<InputFile> file_;
+};
+
+void begin_boxes(OutputFile& file, std::uint64_t) {
   file.write(kHeader);
   file.write("\n");
 }
 
 template <class T>
-void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes) {
+void write_boxes(OutputFile& file, std::span<const BoxOf<T>> boxes) {
   write_rows(file, boxes.size(), [&](std::size_t row, fmt::memory_buffer& text) {
     const BoxOf<T>& b = boxes[row];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{},{}\n"), b[0], b[1], b[2], b[3], b[4],
                    b[5]);
   });
 }
-template void write_box_rows(OutputFile&, std::span<const BoxOf<double>>);
-template void write_box_rows(OutputFile&, std::span<const BoxOf<std::int32_t>>);
 
-void write_vertex_header(OutputFile& file) {
+void begin_vertices(OutputFile& file, std::uint64_t) {
   file.write("x,y,z,mask,degree_px,degree_nx,degree_py,degree_ny,degree_pz,degree_nz\n");
 }
 
-void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices) {
+void write_vertices(OutputFile& file, std::span<const PlacedVertex> vertices) {
   write_rows(file, vertices.size(), [&](std::size_t row, fmt::memory_buffer& text) {
     const PlacedVertex& v = vertices[row];
     const auto& d = kOctants[v.mask].degrees;
@@ -258,11 +278,11 @@ void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices)
   });
 }
 
-void write_point_header(OutputFile& file) {
+void begin_points(OutputFile& file, std::uint64_t) {
   file.write("x,y,z\n");
 }
 
-void write_point_rows(OutputFile& file, std::span<const Point> points) {
+void write_points(OutputFile& file, std::span<const Point> points) {
   write_rows(file, points.size(), [&](std::size_t row, fmt::memory_buffer& text) {
     const Point& p = points[row];
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{}\n"), p[0], p[1], p[2]);
@@ -292,5 +312,23 @@ void write_components(OutputFile& file, std::span<const Component> components) {
                    c.bounds[1][2]);
   });
 }
+
+}  // namespace
+
+std::unique_ptr<InputBoxes> read(std::shared_ptr<InputFile> file, const VolumeOptions&) {
+  return std::make_unique<Input>(std::move(file));
+}
+
+extern const RowFormat rows;
+const RowFormat rows = {.begin_boxes = begin_boxes,
+                        .begin_integer_boxes = begin_boxes,
+                        .boxes = write_boxes<double>,
+                        .integer_boxes = write_boxes<std::int32_t>,
+                        .begin_vertices = begin_vertices,
+                        .vertices = write_vertices,
+                        .begin_points = begin_points,
+                        .points = write_points,
+                        .labelled_boxes = write_labelled_boxes,
+                        .components = write_components};
 
 }  // namespace boxunion::csv

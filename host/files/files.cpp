@@ -3,130 +3,50 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
-#include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"
 
 namespace boxunion {
 
-namespace {
-
-const char* extension_of(FileFormat format) {
-  switch (format) {
-    case FileFormat::csv:
-      return ".csv";
-    case FileFormat::npy:
-      return ".npy";
-    case FileFormat::obj:
-      return ".obj";
-    case FileFormat::ply:
-      return ".ply";
-    case FileFormat::off:
-      return ".off";
-    case FileFormat::stl:
-      return ".stl";
-    case FileFormat::threemf:
-      return ".3mf";
-    case FileFormat::nrrd:
-      return ".nrrd";
-    case FileFormat::nhdr:
-      return ".nhdr";
-    case FileFormat::mha:
-      return ".mha";
-    case FileFormat::mhd:
-      return ".mhd";
-    case FileFormat::tif:
-      return ".tif";
-    case FileFormat::tiff:
-      return ".tiff";
-    case FileFormat::vox:
-      return ".vox";
-  }
-  return "";
+BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
+                  const VolumeOptions& volume) {
+  const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
+  return open_input(path, FileUse::input, interrupted, volume)->read();
 }
 
-bool is_csv(const OutputFile& file) {
-  return file_format(file.path(), kBoxFormats) == FileFormat::csv;
+OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted, FileUse use,
+                       OutputGroup* group) {
+  format_of(path, use);
+  return OutputFile(path, interrupted, group);
+}
+
+namespace {
+
+const RowFormat& rows_of(const OutputFile& file) {
+  return *format_of(file.path(), FileUse::boxes).writer.rows;
 }
 
 }  // namespace
 
-FileFormat file_format(const std::string& path, std::span<const FileFormat> expected) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return 'A' <= c && c <= 'Z' ? char(c + 'a' - 'A') : c; });
-  std::string all;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    if (extension == extension_of(expected[i])) {
-#ifndef BOXUNION_HAVE_TIFF
-      if (expected[i] == FileFormat::tif || expected[i] == FileFormat::tiff)
-        throw Error(ErrorKind::usage, fmt::format("{}: this boxunion was built without libtiff", path));
-#endif
-      return expected[i];
-    }
-    all += fmt::format("{}{}",
-                       i == 0                     ? ""
-                       : i + 1 == expected.size() ? " or "
-                                                  : ", ",
-                       extension_of(expected[i]));
-  }
-  throw Error(ErrorKind::input,
-              extension.empty() ? fmt::format("{}: no file extension, expected {}", path, all)
-                                : fmt::format("{}: unknown extension {}, expected {}", path, extension, all));
-}
-
-InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
-                      const VolumeOptions& options) {
-  InputBoxes input;
-  input.format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
-  input.file = std::make_shared<InputFile>(path, interrupted);
-  const std::string& name = input.file->name();
-  const bool is_scene = input.format == FileFormat::vox;
-  if (options.model && !is_scene)
-    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", name));
-  if (input.format != FileFormat::csv && !is_scene)
-    input.voxels = open_volume(input.file, input.format, options, interrupted);
-  if (options.threshold && !input.voxels && !is_scene)
-    throw Error(ErrorKind::usage, fmt::format("{}: found boxes, but a threshold is for voxels", name));
-  return input;
-}
-
-BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
-                  const VolumeOptions& volume) {
-  const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
-  const InputBoxes input = open_input(path, interrupted, volume);
-  if (input.format == FileFormat::vox) return vox::read_boxes(*input.file, volume);
-  if (input.voxels) return voxel_boxes(*input.voxels);
-  return input.format == FileFormat::csv ? csv::read_boxes(*input.file)
-                                         : npy::read_boxes(input.file, npy::read_header(*input.file));
-}
-
-OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted,
-                       std::span<const FileFormat> expected, OutputGroup* group) {
-  file_format(path, expected);
-  return OutputFile(path, interrupted, group);
-}
-
 template <class T>
-BoxWriter<T>::BoxWriter(OutputFile& file, std::uint64_t count)
-    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
-  if (format_ == FileFormat::csv)
-    csv::write_box_header(file_);
+BoxWriter<T>::BoxWriter(OutputFile& file, std::uint64_t count) : file_(file), format_(rows_of(file)) {
+  if constexpr (std::is_same_v<T, double>)
+    format_.begin_boxes(file_, count);
   else
-    npy::write_box_header<T>(file_, count);
+    format_.begin_integer_boxes(file_, count);
 }
 
 template <class T>
 void BoxWriter<T>::write(std::span<const BoxOf<T>> boxes) {
-  if (format_ == FileFormat::csv)
-    csv::write_box_rows(file_, boxes);
+  if constexpr (std::is_same_v<T, double>)
+    format_.boxes(file_, boxes);
   else
-    npy::write_box_rows(file_, boxes);
+    format_.integer_boxes(file_, boxes);
 }
 
 template class BoxWriter<double>;
@@ -144,40 +64,30 @@ void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile f
   if (voxels.size() != grid.voxels())
     throw Error(ErrorKind::usage, fmt::format("{} voxels are to be written, expected the {} of their grid",
                                               voxels.size(), grid.voxels()));
-  npy::write_volume(file, grid, voxels);
+  const VoxelFormat& format = *format_of(file.path(), FileUse::voxels).writer.voxels;
+  if constexpr (sizeof(T) == 1)
+    format.bytes(file, grid, voxels);
+  else
+    format.labels(file, grid, voxels);
   file.commit();
 }
 template void write_volume(const VoxelGrid&, std::span<const std::uint8_t>, OutputFile);
 template void write_volume(const VoxelGrid&, std::span<const std::uint32_t>, OutputFile);
 
-VertexWriter::VertexWriter(OutputFile& file, std::uint64_t count)
-    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
-  if (format_ == FileFormat::csv)
-    csv::write_vertex_header(file_);
-  else
-    npy::write_vertex_header(file_, count);
+VertexWriter::VertexWriter(OutputFile& file, std::uint64_t count) : file_(file), format_(rows_of(file)) {
+  format_.begin_vertices(file_, count);
 }
 
 void VertexWriter::write(std::span<const PlacedVertex> vertices) {
-  if (format_ == FileFormat::csv)
-    csv::write_vertex_rows(file_, vertices);
-  else
-    npy::write_vertex_rows(file_, vertices);
+  format_.vertices(file_, vertices);
 }
 
-PointWriter::PointWriter(OutputFile& file, std::uint64_t count)
-    : file_(file), format_(file_format(file.path(), kBoxFormats)) {
-  if (format_ == FileFormat::csv)
-    csv::write_point_header(file_);
-  else
-    npy::write_point_header(file_, count);
+PointWriter::PointWriter(OutputFile& file, std::uint64_t count) : file_(file), format_(rows_of(file)) {
+  format_.begin_points(file_, count);
 }
 
 void PointWriter::write(std::span<const Point> points) {
-  if (format_ == FileFormat::csv)
-    csv::write_point_rows(file_, points);
-  else
-    npy::write_point_rows(file_, points);
+  format_.points(file_, points);
 }
 
 namespace {
@@ -215,68 +125,26 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
   if (labels.size() != boxes.size())
     throw Error(ErrorKind::usage,
                 fmt::format("{} boxes were given {} labels, expected as many", boxes.size(), labels.size()));
-  is_csv(file) ? csv::write_labelled_boxes(file, boxes, labels)
-               : npy::write_labelled_boxes(file, boxes, labels);
+  rows_of(file).labelled_boxes(file, boxes, labels);
   file.commit();
 }
 
 void write_components(std::span<const Component> components, OutputFile file) {
-  is_csv(file) ? csv::write_components(file, components) : npy::write_components(file, components);
+  rows_of(file).components(file, components);
   file.commit();
 }
 
-MeshWriter::MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles)
-    : file_(file), format_(file_format(file.path(), kBoundaryFormats)), triangles_only_(triangles_only) {
-  switch (format_) {
-    case FileFormat::obj:
-      obj::write_header(file_);
-      break;
-    case FileFormat::ply:
-      ply::write_header(file_, points, triangles);
-      break;
-    case FileFormat::off:
-      off::write_header(file_, points, triangles);
-      break;
-    case FileFormat::stl:
-      stl::write_header(file_, triangles);
-      break;
-    case FileFormat::threemf:
-      threemf_ = std::make_unique<threemf::Writer>(file_, points, triangles);
-      break;
-    default:
-      throw Error(ErrorKind::usage, fmt::format("{}: not a mesh format", file.path()));
-  }
-}
-
-MeshWriter::~MeshWriter() = default;
-
-void MeshWriter::write_points(std::span<const Point> points) {
-  if (format_ == FileFormat::obj) obj::write_points(file_, points);
-  if (format_ == FileFormat::ply) ply::write_points(file_, points);
-  if (format_ == FileFormat::off) off::write_points(file_, points);
-  if (threemf_) threemf_->write_points(points);
-}
-
-void MeshWriter::write_faces(std::span<const Point> points, const Faces& faces,
-                             const Triangulation& triangulation) {
-  if (format_ == FileFormat::obj) obj::write_faces(file_, faces, triangulation, triangles_only_);
-  if (format_ == FileFormat::ply) ply::write_triangles(file_, triangulation.triangles);
-  if (format_ == FileFormat::off) off::write_triangles(file_, triangulation.triangles);
-  if (threemf_) threemf_->write_triangles(triangulation.triangles);
-  if (format_ == FileFormat::stl) exact_ &= stl::write_triangles(file_, points, faces, triangulation);
-}
-
-void MeshWriter::finish() {
-  if (threemf_) threemf_->finish();
+std::unique_ptr<MeshWriter> begin_mesh(OutputFile& file, const MeshSize& size) {
+  return format_of(file.path(), FileUse::mesh).writer.mesh(file, size);
 }
 
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file) {
-  MeshWriter writer(file, triangles_only, brep.points.size(), triangulation.triangles.size());
-  writer.write_points(brep.points);
-  writer.write_faces(brep.points, brep.faces, triangulation);
-  writer.finish();
+  const auto writer = begin_mesh(file, {brep.points.size(), triangulation.triangles.size(), triangles_only});
+  writer->write_points(brep.points);
+  writer->write_faces(brep.points, brep.faces, triangulation);
+  writer->finish();
   file.commit();
-  return writer.exact();
+  return writer->exact();
 }
 
 }  // namespace boxunion

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/boundary/brep.hpp"
 #include "core/boundary/triangulation.hpp"
@@ -17,38 +18,29 @@
 
 namespace boxunion {
 
-namespace threemf {
-class Writer;
-}
+class RowFormat;
 
-/// File formats, told by the extension, in any case.
-enum class FileFormat { csv, npy, obj, ply, off, stl, threemf, nrrd, nhdr, mha, mhd, tif, tiff, vox };
+/// What a file is for.
+enum class FileUse {
+  input,     ///< boxes or voxels to read
+  volume,    ///< voxels to read
+  scene,     ///< voxels to read, of several models
+  boxes,     ///< boxes, vertices and other rows to write
+  voxels,    ///< voxels to write
+  boundary,  ///< vertices or a mesh to write
+  mesh,      ///< a mesh to write
+  manifold   ///< a mesh to write for programs that expect a manifold
+};
 
-/// What boxes may go to: .csv and .npy.
-inline constexpr FileFormat kBoxFormats[] = {FileFormat::csv, FileFormat::npy};
-/// What boxes may come from: also volumes of voxels, .nrrd, .nhdr, .mha, .mhd, .tif, .tiff and .vox.
-inline constexpr FileFormat kInputFormats[] = {FileFormat::csv,  FileFormat::npy,  FileFormat::nrrd,
-                                               FileFormat::nhdr, FileFormat::mha,  FileFormat::mhd,
-                                               FileFormat::tif,  FileFormat::tiff, FileFormat::vox};
-/// What a volume may come from.
-inline constexpr FileFormat kVolumeFormats[] = {FileFormat::npy,  FileFormat::nrrd, FileFormat::nhdr,
-                                                FileFormat::mha,  FileFormat::mhd,  FileFormat::tif,
-                                                FileFormat::tiff, FileFormat::vox};
-/// What a volume may go to.
-inline constexpr FileFormat kVoxelFormats[] = {FileFormat::npy};
-/// What a boundary may go to: vertices as .csv and .npy, meshes as .obj, .ply, .off, .stl and .3mf.
-inline constexpr FileFormat kBoundaryFormats[] = {FileFormat::csv,    FileFormat::npy, FileFormat::obj,
-                                                  FileFormat::ply,    FileFormat::off, FileFormat::stl,
-                                                  FileFormat::threemf};
+/// The extensions of the formats for a use: ".csv or .npy".
+std::string extensions(FileUse use, std::string_view last = " or ");
 
-/// The format of a file. Throws Error(input) that names the extensions of `expected` if it is none of them,
-/// and Error(usage) for .tif and .tiff where boxunion was built without libtiff.
-FileFormat file_format(const std::string& path, std::span<const FileFormat> expected);
+/// Does a file, by its extension, hold a mesh and not boxes or vertices? Throws Error(input) for a file that
+/// has neither.
+bool is_mesh(const std::string& path);
 
-/// Is it a format of meshes, so not of boxes or vertices?
-inline bool is_mesh(FileFormat format) {
-  return format >= FileFormat::obj && format <= FileFormat::threemf;
-}
+/// What is done about contacts unless the user says: split for formats whose readers expect manifolds.
+NonManifold default_contacts(const std::string& path);
 
 /// Reads boxes from a .csv or .npy file, from standard input ("-") as CSV, or from a volume of voxels.
 ///
@@ -70,10 +62,10 @@ inline bool is_mesh(FileFormat format) {
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
                   const VolumeOptions& volume = {});
 
-/// Opens an output file of an expected format (see file_format and OutputFile), before the work that fills
-/// it.
+/// Opens an output file (see OutputFile), before the work that fills it. Throws Error(input) unless its
+/// extension is one for this use.
 OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
-                       std::span<const FileFormat> expected = kBoxFormats, OutputGroup* group = nullptr);
+                       FileUse use = FileUse::boxes, OutputGroup* group = nullptr);
 
 /// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
 /// decimals that read back to the same numbers; NPY is a little-endian (n, 6) array of float64 or int32.
@@ -86,7 +78,7 @@ class BoxWriter {
 
  private:
   OutputFile& file_;
-  FileFormat format_;
+  const RowFormat& format_;
 };
 
 /// Writes and commits boxes in the type they have.
@@ -105,7 +97,7 @@ class VertexWriter {
 
  private:
   OutputFile& file_;
-  FileFormat format_;
+  const RowFormat& format_;
 };
 
 /// Writes and commits the vertices of a solid, sorted by z, then y, then x.
@@ -124,7 +116,7 @@ class PointWriter {
 
  private:
   OutputFile& file_;
-  FileFormat format_;
+  const RowFormat& format_;
 };
 
 /// Writes and commits extreme vertices as points, in the order of the model.
@@ -139,6 +131,12 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
 /// `volume` (float64) and `bounds` (six float64).
 void write_components(std::span<const Component> components, OutputFile file);
 
+/// How large a mesh will be, and what its faces are.
+struct MeshSize {
+  std::uint64_t points = 0, triangles = 0;
+  bool triangles_only = false;  ///< no other polygons, even where the format has them
+};
+
 /// Writes a boundary as a mesh, part by part: all points, then all faces.
 ///
 /// OBJ has the faces as polygons, of which those with holes are cut into triangles, or triangles alone if
@@ -147,28 +145,22 @@ void write_components(std::span<const Component> components, OutputFile file);
 /// is binary, with floats.
 class MeshWriter {
  public:
-  /// Writes to `file` exactly so many points and triangles. Throws Error(resources) where the format has not
-  /// so many.
-  MeshWriter(OutputFile& file, bool triangles_only, std::uint64_t points, std::uint64_t triangles);
-  ~MeshWriter();
-
+  virtual ~MeshWriter() = default;
   /// Do faces refer to points by their number in the file, or else (STL) to those given with them?
-  bool is_indexed() const { return format_ != FileFormat::stl; }
-  void write_points(std::span<const Point> points);
+  virtual bool is_indexed() const { return true; }
+  virtual void write_points(std::span<const Point> points) = 0;
   /// Throws Error(input) if a coordinate is beyond the floats that the format has.
-  void write_faces(std::span<const Point> points, const Faces& faces, const Triangulation& triangulation);
+  virtual void write_faces(std::span<const Point> points, const Faces& faces,
+                           const Triangulation& triangulation) = 0;
   /// Completes the mesh, after all faces.
-  void finish();
+  virtual void finish() {}
   /// No coordinate was rounded.
-  bool exact() const { return exact_; }
-
- private:
-  OutputFile& file_;
-  FileFormat format_;
-  bool triangles_only_;
-  std::unique_ptr<threemf::Writer> threemf_;
-  bool exact_ = true;
+  virtual bool exact() const { return true; }
 };
+
+/// Begins a mesh of exactly so many points and triangles. Throws Error(input) if the file is none of a mesh,
+/// and Error(resources) where the format has not so many.
+std::unique_ptr<MeshWriter> begin_mesh(OutputFile& file, const MeshSize& size);
 
 /// Writes and commits a boundary as a mesh, as MeshWriter does, in the same order whatever the number of
 /// threads. Returns false if a coordinate was rounded.

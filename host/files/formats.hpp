@@ -1,178 +1,115 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
-#include <vector>
+#include <utility>
 
-#include "core/boundary/brep.hpp"
-#include "core/boundary/triangulation.hpp"
 #include "core/boxes/box.hpp"
 #include "core/models/components.hpp"
-#include "core/models/evm.hpp"
 #include "core/solid/solid.hpp"
 #include "core/voxels/volume.hpp"
+#include "host/files/box_file.hpp"
+#include "host/files/budget.hpp"
+#include "host/files/files.hpp"
 #include "host/files/input.hpp"
-#include "host/files/npy_header.hpp"
 #include "host/files/output.hpp"
 #include "host/files/volume.hpp"
-#include "host/files/zip.hpp"
 
-// The formats behind files.hpp, which says what each reads and writes.
+// The formats behind files.hpp: what each entry of the table in formats.cpp holds.
 
 namespace boxunion {
 
-enum class FileFormat;
-class BoxFile;
-
-/// A file of boxes or voxels, open.
-struct InputBoxes {
-  std::shared_ptr<InputFile> file;
-  FileFormat format;
-  std::optional<VoxelStream> voxels;  ///< of a volume, but of .vox
+/// An open file of boxes or voxels. It is read once.
+class InputBoxes {
+ public:
+  virtual ~InputBoxes() = default;
+  virtual bool is_volume() const = 0;
+  /// All boxes, valid.
+  virtual BoxSet read() = 0;
+  /// The boxes, valid or not, for reading in pieces.
+  virtual std::unique_ptr<BoxFile> open(const Budget& budget) = 0;
+  /// The voxels. Throws Error(input) if the file holds boxes.
+  virtual Volume read_volume() = 0;
 };
+
+/// Begins to read a file. Throws Error(input) if its first bytes are not of the format.
+using Reader = std::unique_ptr<InputBoxes> (*)(std::shared_ptr<InputFile> file, const VolumeOptions& options);
+
+/// A file of voxels, from their stream.
+std::unique_ptr<InputBoxes> volume_input(std::shared_ptr<const InputFile> file, VoxelStream voxels);
+
+/// The Reader of a format that only has volumes, made of a function that gives their stream.
+template <VoxelStream (*open_volume)(std::shared_ptr<const InputFile>, const VolumeOptions&)>
+std::unique_ptr<InputBoxes> read_volumes(std::shared_ptr<InputFile> file, const VolumeOptions& options) {
+  return volume_input(file, open_volume(file, options));
+}
+
+/// Writes rows of numbers: first what begins a file of `count` rows, then the rows, some at a time.
+struct RowFormat {
+  void (*begin_boxes)(OutputFile& file, std::uint64_t count);
+  void (*begin_integer_boxes)(OutputFile& file, std::uint64_t count);
+  void (*boxes)(OutputFile& file, std::span<const Box> boxes);
+  void (*integer_boxes)(OutputFile& file, std::span<const IntegerBox> boxes);
+  void (*begin_vertices)(OutputFile& file, std::uint64_t count);
+  void (*vertices)(OutputFile& file, std::span<const PlacedVertex> vertices);
+  void (*begin_points)(OutputFile& file, std::uint64_t count);
+  void (*points)(OutputFile& file, std::span<const Point> points);
+  // These write all of a file.
+  void (*labelled_boxes)(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
+  void (*components)(OutputFile& file, std::span<const Component> components);
+};
+
+/// Writes a volume of the extents of `grid`.
+struct VoxelFormat {
+  void (*bytes)(OutputFile& file, const VoxelGrid& grid, std::span<const std::uint8_t> voxels);
+  void (*labels)(OutputFile& file, const VoxelGrid& grid, std::span<const std::uint32_t> voxels);
+};
+
+/// See begin_mesh.
+using MeshFormat = std::unique_ptr<MeshWriter> (*)(OutputFile& file, const MeshSize& size);
+
+/// How a format writes what it can hold; null for the rest.
+struct Writer {
+  const RowFormat* rows = nullptr;
+  const VoxelFormat* voxels = nullptr;
+  MeshFormat mesh = nullptr;
+};
+
+/// What a format is used for, apart from what its writer says.
+enum Role : unsigned {
+  boxes_in = 1,   ///< boxes are read
+  voxels_in = 2,  ///< voxels are read
+  models_in = 4,  ///< a file may have several models
+  manifold = 8    ///< programs that read it expect manifolds
+};
+
+/// An entry of the table: a kind of file, told by its extensions.
+struct Format {
+  std::array<std::string_view, 2> extensions;  ///< the second one may be empty
+  unsigned roles = 0;                          ///< of Role
+  Reader reader = nullptr;
+  Writer writer = {};
+  std::string_view missing = {};  ///< the library that it needs, where boxunion was built without that
+
+  bool serves(FileUse use) const;
+};
+
+/// The table.
+std::span<const Format> formats();
+
+/// The format of a file, by its extension. Throws Error(input) that names the extensions of this use if it is
+/// none of them, and Error(usage) for a format that boxunion was built without.
+const Format& format_of(const std::string& path, FileUse use);
 
 /// Opens a file; "-" is CSV on standard input. Throws Error(input) where that fails and Error(usage) for
 /// options that are not for what it has.
-InputBoxes open_input(const std::string& path, const std::atomic<bool>* interrupted,
-                      const VolumeOptions& options);
-
-/// The voxels of a file of a format that is neither .csv nor .vox; nothing if it is an NPY file of boxes.
-std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
-                                       const VolumeOptions& options, const std::atomic<bool>* interrupted);
+std::unique_ptr<InputBoxes> open_input(const std::string& path, FileUse use,
+                                       const std::atomic<bool>* interrupted, const VolumeOptions& options);
 
 }  // namespace boxunion
-
-namespace boxunion::csv {
-
-/// Takes boxes in the order of the file.
-using BoxSink = std::function<void(std::span<const Box>)>;
-/// Gives all boxes to `sink`, block by block. Calls expect(t) now and then: the file is about t times what
-/// has been read.
-void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect = {});
-BoxSet read_boxes(InputFile& file);
-void write_box_header(OutputFile& file);
-template <class T>
-void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
-void write_vertex_header(OutputFile& file);
-void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_point_header(OutputFile& file);
-void write_point_rows(OutputFile& file, std::span<const Point> points);
-void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
-void write_components(OutputFile& file, std::span<const Component> components);
-
-}  // namespace boxunion::csv
-
-namespace boxunion::npy {
-
-/// An array of shape (n, 6).
-BoxSet read_boxes(const std::shared_ptr<const InputFile>& file, const Header& header);
-std::unique_ptr<BoxFile> open_boxes(const std::shared_ptr<const InputFile>& file, const Header& header);
-/// An array of three extents, z, y and x. In Fortran order z is the first axis of its grid.
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const Header& header,
-                        const VolumeOptions& options);
-template <class T>
-void write_box_header(OutputFile& file, std::uint64_t count);
-template <class T>
-void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes);
-void write_vertex_header(OutputFile& file, std::uint64_t count);
-void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices);
-void write_point_header(OutputFile& file, std::uint64_t count);
-void write_point_rows(OutputFile& file, std::span<const Point> points);
-void write_labelled_boxes(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
-void write_components(OutputFile& file, std::span<const Component> components);
-/// Writes a volume of the extents of `grid` as uint8 or uint32.
-template <class T>
-void write_volume(OutputFile& file, const VoxelGrid& grid, std::span<const T> voxels);
-
-}  // namespace boxunion::npy
-
-namespace boxunion::nrrd {
-
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
-                        const std::atomic<bool>* interrupted);
-
-}  // namespace boxunion::nrrd
-
-namespace boxunion::metaimage {
-
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
-                        const std::atomic<bool>* interrupted);
-
-}  // namespace boxunion::metaimage
-
-namespace boxunion::tiff {
-
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options);
-
-}  // namespace boxunion::tiff
-
-namespace boxunion::vox {
-
-/// The boxes of a scene: those of each model where the scene graph has it.
-std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options);
-using BoxSink = std::function<void(std::span<const IntegerBox>)>;
-/// Gives the same boxes to `take`, some at a time. First calls expect(bytes), if there is one: about how much
-/// memory it will take at most.
-void stream_boxes(const InputFile& file, const VolumeOptions& options, const BoxSink& take,
-                  const std::function<void(std::uint64_t)>& expect = {});
-
-}  // namespace boxunion::vox
-
-namespace boxunion::obj {
-
-void write_header(OutputFile& file);
-void write_points(OutputFile& file, std::span<const Point> points);
-void write_faces(OutputFile& file, const Faces& faces, const Triangulation& triangulation,
-                 bool triangles_only);
-
-}  // namespace boxunion::obj
-
-namespace boxunion::ply {
-
-void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
-void write_points(OutputFile& file, std::span<const Point> points);
-void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
-
-}  // namespace boxunion::ply
-
-namespace boxunion::off {
-
-void write_header(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
-void write_points(OutputFile& file, std::span<const Point> points);
-void write_triangles(OutputFile& file, std::span<const Triangle> triangles);
-
-}  // namespace boxunion::off
-
-namespace boxunion::stl {
-
-void write_header(OutputFile& file, std::uint64_t triangles);
-/// Returns false if a coordinate was rounded.
-bool write_triangles(OutputFile& file, std::span<const Point> points, const Faces& faces,
-                     const Triangulation& triangulation);
-
-}  // namespace boxunion::stl
-
-namespace boxunion::threemf {
-
-/// Writes a mesh as a package of one model: all points, then all triangles.
-class Writer {
- public:
-  /// Writes to `file` exactly so many points and triangles. Throws Error(resources) where the format has not
-  /// so many.
-  Writer(OutputFile& file, std::uint64_t points, std::uint64_t triangles);
-  void write_points(std::span<const Point> points);
-  void write_triangles(std::span<const Triangle> triangles);
-  void finish();
-
- private:
-  ZipWriter package_;
-  std::uint64_t points_left_;
-  bool has_mesh_;  ///< a mesh without triangles would be none
-};
-
-}  // namespace boxunion::threemf

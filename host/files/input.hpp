@@ -22,6 +22,7 @@ class InputFile {
 
   /// The name in messages: the path, or "standard input".
   const std::string& name() const { return name_; }
+  const std::atomic<bool>* interrupted() const { return interrupted_; }
   /// Size in bytes of a regular file; nothing for a pipe.
   std::optional<std::uint64_t> size() const;
 

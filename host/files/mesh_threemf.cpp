@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <memory>
 
 #include "core/base/error.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/text_rows.hpp"
+#include "host/files/zip.hpp"
 
 // 3MF, core specification: https://github.com/3MFConsortium/spec_core
 
@@ -34,47 +36,57 @@ constexpr std::string_view kModel =
 <resources>
 )";
 
+/// Writes a mesh as a package of one model: all points, then all triangles.
+class Mesh final : public MeshWriter {
+ public:
+  Mesh(OutputFile& file, const MeshSize& size)
+      : package_(file), points_left_(size.points), has_mesh_(size.triangles > 0) {
+    if (size.points > kMost || size.triangles > kMost)
+      throw Error(ErrorKind::resources,
+                  fmt::format("{}: {} points and {} triangles, but 3MF holds fewer than 2^31 of each",
+                              file.path(), size.points, size.triangles));
+    package_.begin("[Content_Types].xml");
+    package_.write(kContentTypes);
+    package_.begin("_rels/.rels");
+    package_.write(kRelationships);
+    package_.begin("3D/3dmodel.model");
+    package_.write(kModel);
+    if (has_mesh_) package_.write("<object id=\"1\" type=\"model\"><mesh><vertices>\n");
+  }
+  void write_points(std::span<const Point> points) override {
+    write_rows(package_, points.size(), [&](std::size_t i, fmt::memory_buffer& text) {
+      const Point& p = points[i];
+      fmt::format_to(std::back_inserter(text), FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p[0],
+                     p[1], p[2]);
+    });
+    points_left_ -= points.size();
+    if (!points.empty() && points_left_ == 0) package_.write("</vertices><triangles>\n");
+  }
+  void write_faces(std::span<const Point>, const Faces&, const Triangulation& triangulation) override {
+    write_rows(package_, triangulation.triangles.size(), [&](std::size_t i, fmt::memory_buffer& text) {
+      const Triangle& t = triangulation.triangles[i];
+      fmt::format_to(std::back_inserter(text), FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>\n"),
+                     t[0], t[1], t[2]);
+    });
+  }
+  void finish() override {
+    if (has_mesh_) package_.write("</triangles></mesh></object>\n");
+    package_.write("</resources>\n<build>\n");
+    if (has_mesh_) package_.write("<item objectid=\"1\"/>\n");
+    package_.write("</build>\n</model>\n");
+    package_.finish();
+  }
+
+ private:
+  ZipWriter package_;
+  std::uint64_t points_left_;
+  bool has_mesh_;  ///< a mesh without triangles would be none
+};
+
 }  // namespace
 
-Writer::Writer(OutputFile& file, std::uint64_t points, std::uint64_t triangles)
-    : package_(file), points_left_(points), has_mesh_(triangles > 0) {
-  if (points > kMost || triangles > kMost)
-    throw Error(ErrorKind::resources,
-                fmt::format("{}: {} points and {} triangles, but 3MF holds fewer than 2^31 of each",
-                            file.path(), points, triangles));
-  package_.begin("[Content_Types].xml");
-  package_.write(kContentTypes);
-  package_.begin("_rels/.rels");
-  package_.write(kRelationships);
-  package_.begin("3D/3dmodel.model");
-  package_.write(kModel);
-  if (has_mesh_) package_.write("<object id=\"1\" type=\"model\"><mesh><vertices>\n");
-}
-
-void Writer::write_points(std::span<const Point> points) {
-  write_rows(package_, points.size(), [&](std::size_t i, fmt::memory_buffer& text) {
-    const Point& p = points[i];
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p[0],
-                   p[1], p[2]);
-  });
-  points_left_ -= points.size();
-  if (!points.empty() && points_left_ == 0) package_.write("</vertices><triangles>\n");
-}
-
-void Writer::write_triangles(std::span<const Triangle> triangles) {
-  write_rows(package_, triangles.size(), [&](std::size_t i, fmt::memory_buffer& text) {
-    const Triangle& t = triangles[i];
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>\n"), t[0],
-                   t[1], t[2]);
-  });
-}
-
-void Writer::finish() {
-  if (has_mesh_) package_.write("</triangles></mesh></object>\n");
-  package_.write("</resources>\n<build>\n");
-  if (has_mesh_) package_.write("<item objectid=\"1\"/>\n");
-  package_.write("</build>\n</model>\n");
-  package_.finish();
+std::unique_ptr<MeshWriter> begin(OutputFile& file, const MeshSize& size) {
+  return std::make_unique<Mesh>(file, size);
 }
 
 }  // namespace boxunion::threemf

@@ -77,8 +77,7 @@ void place(const VolumeHeader& header, VoxelGrid& grid) {
 
 }  // namespace
 
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
-                        const std::atomic<bool>* interrupted) {
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options) {
   const VolumeHeader header = read_header(std::move(file));
   if (const std::int64_t dimensions = header.whole("NDims", 0); dimensions != 3)
     reject(header.file(), fmt::format("NDims is {}, expected 3", dimensions));
@@ -101,7 +100,7 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
     reject(header.file(),
            fmt::format("ElementDataFile is \"{}\", expected LOCAL or the name of one file", shortened(name)));
   const bool is_local = name == "LOCAL" || name == "Local" || name == "local";
-  data.file = is_local ? header.shared_file() : header.open_beside(name, interrupted);
+  data.file = is_local ? header.shared_file() : header.open_beside(name);
   const std::int64_t skip = header.whole("HeaderSize", 0);
   if (skip < -1 || (skip == -1 && data.is_compressed))
     reject(header.file(),

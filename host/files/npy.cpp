@@ -156,45 +156,66 @@ auto with_array(const std::shared_ptr<const InputFile>& file, const Header& head
   return f(BoxArray<std::int64_t, double>(file, layout));
 }
 
+/// An array of shape (n, 6), or of three extents: z, y and x.
+class Input final : public InputBoxes {
+ public:
+  Input(std::shared_ptr<const InputFile> file, const VolumeOptions& options)
+      : file_(std::move(file)), header_(read_header(*file_)), options_(options) {}
+
+  bool is_volume() const override {
+    const auto extents = header_.extents();
+    return extents && extents->size() == 3;
+  }
+  BoxSet read() override {
+    if (is_volume()) return volume()->read();
+    BoxSet boxes = with_array(file_, header_, [](const auto& array) { return array.read_all(); });
+    const std::size_t invalid = find_invalid(boxes);
+    if (invalid < boxes.size())
+      validate(boxes[invalid], fmt::format("{}: row {}", file_->name(), invalid + 1));
+    return boxes;
+  }
+  std::unique_ptr<BoxFile> open(const Budget& budget) override {
+    if (is_volume()) return volume()->open(budget);
+    return with_array(file_, header_, []<class A>(A&& array) -> std::unique_ptr<BoxFile> {
+      return std::make_unique<A>(std::forward<A>(array));
+    });
+  }
+  Volume read_volume() override {
+    if (!is_volume()) reject(*file_, "found an array of boxes, expected one of voxels, of shape (z, y, x)");
+    Volume volume = this->volume()->read_volume();
+    return header_.is_fortran() ? transposed(volume) : volume;
+  }
+
+ private:
+  std::unique_ptr<InputBoxes> volume() const {
+    return volume_input(file_, open_volume(file_, header_, options_));
+  }
+
+  std::shared_ptr<const InputFile> file_;
+  Header header_;
+  VolumeOptions options_;
+};
+
 static_assert(std::endian::native == std::endian::little, "the writers below copy numbers as they are");
 
-}  // namespace
-
-std::unique_ptr<BoxFile> open_boxes(const std::shared_ptr<const InputFile>& file, const Header& header) {
-  return with_array(file, header, []<class A>(A&& array) -> std::unique_ptr<BoxFile> {
-    return std::make_unique<A>(std::forward<A>(array));
-  });
-}
-
-BoxSet read_boxes(const std::shared_ptr<const InputFile>& file, const Header& header) {
-  BoxSet boxes = with_array(file, header, [](const auto& array) { return array.read_all(); });
-  const std::size_t invalid = find_invalid(boxes);
-  if (invalid < boxes.size()) validate(boxes[invalid], fmt::format("{}: row {}", file->name(), invalid + 1));
-  return boxes;
-}
-
 template <class T>
-void write_box_header(OutputFile& file, std::uint64_t count) {
+void begin_boxes(OutputFile& file, std::uint64_t count) {
   write_header(file, std::is_same_v<T, double> ? "'<f8'" : "'<i4'", fmt::format("({}, 6)", count));
 }
-template void write_box_header<double>(OutputFile&, std::uint64_t);
-template void write_box_header<std::int32_t>(OutputFile&, std::uint64_t);
 
 template <class T>
-void write_box_rows(OutputFile& file, std::span<const BoxOf<T>> boxes) {
+void write_boxes(OutputFile& file, std::span<const BoxOf<T>> boxes) {
   constexpr std::size_t kRows = 1 << 17;  // small, so that an interrupt is noticed soon
   for (; !boxes.empty(); boxes = boxes.subspan(std::min(kRows, boxes.size())))
     file.write_array(boxes.first(std::min(kRows, boxes.size())));
 }
-template void write_box_rows(OutputFile&, std::span<const BoxOf<double>>);
-template void write_box_rows(OutputFile&, std::span<const BoxOf<std::int32_t>>);
 
-void write_vertex_header(OutputFile& file, std::uint64_t count) {
+void begin_vertices(OutputFile& file, std::uint64_t count) {
   write_header(file, "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('mask', '|u1'), ('degrees', '|u1', (6,))]",
                fmt::format("({},)", count));
 }
 
-void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices) {
+void write_vertices(OutputFile& file, std::span<const PlacedVertex> vertices) {
   for (const PlacedVertex& v : vertices) {
     std::array<char, 31> record;
     std::memcpy(record.data(), v.point.data(), 24);
@@ -204,11 +225,11 @@ void write_vertex_rows(OutputFile& file, std::span<const PlacedVertex> vertices)
   }
 }
 
-void write_point_header(OutputFile& file, std::uint64_t count) {
+void begin_points(OutputFile& file, std::uint64_t count) {
   write_header(file, "'<f8'", fmt::format("({}, 3)", count));
 }
 
-void write_point_rows(OutputFile& file, std::span<const Point> points) {
+void write_points(OutputFile& file, std::span<const Point> points) {
   file.write_array(points);
 }
 
@@ -235,5 +256,23 @@ void write_components(OutputFile& file, std::span<const Component> components) {
     for (const auto& corner : c.bounds) file.write_array(std::span<const double>(corner));
   }
 }
+
+}  // namespace
+
+std::unique_ptr<InputBoxes> read(std::shared_ptr<InputFile> file, const VolumeOptions& options) {
+  return std::make_unique<Input>(std::move(file), options);
+}
+
+extern const RowFormat rows;
+const RowFormat rows = {.begin_boxes = begin_boxes<double>,
+                        .begin_integer_boxes = begin_boxes<std::int32_t>,
+                        .boxes = write_boxes<double>,
+                        .integer_boxes = write_boxes<std::int32_t>,
+                        .begin_vertices = begin_vertices,
+                        .vertices = write_vertices,
+                        .begin_points = begin_points,
+                        .points = write_points,
+                        .labelled_boxes = write_labelled_boxes,
+                        .components = write_components};
 
 }  // namespace boxunion::npy

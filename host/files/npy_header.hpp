@@ -1,13 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/voxels/volume.hpp"
 #include "host/files/input.hpp"
 #include "host/files/output.hpp"
+#include "host/files/volume.hpp"
 
 // The format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 
@@ -25,6 +28,10 @@ struct Header {
 
 /// Reads the header of a regular file. Throws Error(input).
 Header read_header(const InputFile& file);
+
+/// The voxels of an array of three extents: z, y and x. In Fortran order z is the first axis of its grid.
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const Header& header,
+                        const VolumeOptions& options);
 
 /// Writes the header of a little-endian C-order array; the data starts at a multiple of 64 bytes.
 void write_header(OutputFile& file, std::string_view descr, std::string_view shape);

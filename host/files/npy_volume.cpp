@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/files/formats.hpp"
+#include "host/files/npy_header.hpp"
 #include "host/files/voxel_data.hpp"
 
 namespace boxunion::npy {
@@ -48,6 +49,8 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const Header& hea
   return stream_voxels(grid, data, options.threshold);
 }
 
+namespace {
+
 template <class T>
 void write_volume(OutputFile& file, const VoxelGrid& grid, std::span<const T> voxels) {
   const auto [nx, ny, nz] = grid.size;
@@ -56,7 +59,10 @@ void write_volume(OutputFile& file, const VoxelGrid& grid, std::span<const T> vo
   for (; !voxels.empty(); voxels = voxels.subspan(std::min(kAtOnce, voxels.size())))
     file.write_array(voxels.first(std::min(kAtOnce, voxels.size())));
 }
-template void write_volume(OutputFile&, const VoxelGrid&, std::span<const std::uint8_t>);
-template void write_volume(OutputFile&, const VoxelGrid&, std::span<const std::uint32_t>);
+
+}  // namespace
+
+extern const VoxelFormat voxels;
+const VoxelFormat voxels = {.bytes = write_volume<std::uint8_t>, .labels = write_volume<std::uint32_t>};
 
 }  // namespace boxunion::npy

@@ -157,8 +157,7 @@ std::uint64_t data_offset(const VolumeHeader& header, const InputFile& file, std
 
 }  // namespace
 
-VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options,
-                        const std::atomic<bool>* interrupted) {
+VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptions& options) {
   const VolumeHeader header = read_header(std::move(file));
   if (const std::int64_t dimension = header.whole("dimension", 0); dimension != 3)
     reject(header.file(), fmt::format("dimension is {}, expected 3", dimension));
@@ -182,7 +181,7 @@ VoxelStream open_volume(std::shared_ptr<const InputFile> file, const VolumeOptio
   if (detached && (detached->starts_with("LIST") || detached->find('%') != detached->npos))
     reject(header.file(),
            fmt::format("data file is \"{}\", expected the name of one file", shortened(*detached)));
-  data.file = detached ? header.open_beside(*detached, interrupted) : header.shared_file();
+  data.file = detached ? header.open_beside(*detached) : header.shared_file();
   data.offset = data_offset(header, *data.file, detached ? 0 : header.position(),
                             grid.voxels() * element_size(data.element), data.is_compressed);
   return stream_voxels(grid, data, options.threshold);

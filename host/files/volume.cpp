@@ -1,100 +1,55 @@
 #include "host/files/volume.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <limits>
 #include <memory>
-#include <span>
+#include <utility>
 
-#include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
-#include "host/files/files.hpp"
+#include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"
-#include "host/files/voxel_data.hpp"
+#include "host/files/spooled_boxes.hpp"
 
 namespace boxunion {
 namespace {
 
-/// The voxels of a scene, in the bounds of all of them. Reads the scene twice, so that its boxes are never
-/// all in memory.
-Volume filled(const InputFile& file, const VolumeOptions& options) {
-  constexpr std::int32_t kFirst = std::numeric_limits<std::int32_t>::max(), kLast = -kFirst;
-  IntegerBox bounds = {kFirst, kFirst, kFirst, kLast, kLast, kLast};
-  vox::stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
-    for (const IntegerBox& box : boxes)
-      for (std::size_t a = 0; a < 3; ++a) {
-        bounds[a] = std::min(bounds[a], box[a]);
-        bounds[a + 3] = std::max(bounds[a + 3], box[a + 3]);
-      }
-  });
-  if (bounds[0] > bounds[3]) reject(file, "found no voxel");
-  VoxelGrid grid;
-  for (std::size_t a = 0; a < 3; ++a) {
-    grid.size[a] = std::size_t(std::int64_t{bounds[a + 3]} - bounds[a]);
-    grid.origin[a] = bounds[a];
+class VolumeInput final : public InputBoxes {
+ public:
+  VolumeInput(std::shared_ptr<const InputFile> file, VoxelStream voxels)
+      : file_(std::move(file)), voxels_(std::move(voxels)) {}
+
+  bool is_volume() const override { return true; }
+  BoxSet read() override { return voxel_boxes(voxels_); }
+  std::unique_ptr<BoxFile> open(const Budget& budget) override {
+    require_memory(*file_, "slices of the volume", stream_bytes(voxels_.grid), budget);
+    auto spooled = std::make_unique<SpooledBoxes>(*file_, budget);
+    stream_voxel_boxes(voxels_, [&](const BoxSet& set) {
+      set.visit([&](const auto& boxes) { spooled->append(std::span(boxes)); });
+    });
+    return spooled;
   }
-  check_extents(file, grid.size);
-  Volume volume(grid);
-  vox::stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
-    for (const IntegerBox& box : boxes)
-      for (std::int64_t z = box[2]; z < box[5]; ++z)
-        for (std::int64_t y = box[1]; y < box[4]; ++y) {
-          const std::size_t row =
-              (std::size_t(z - bounds[2]) * grid.size[1] + std::size_t(y - bounds[1])) * grid.size[0];
-          std::fill_n(&volume.inside[row + std::size_t(std::int64_t{box[0]} - bounds[0])], box[3] - box[0],
-                      std::uint8_t{1});
-        }
-  });
-  return volume;
-}
+  Volume read_volume() override { return collect(voxels_); }
+
+ private:
+  std::shared_ptr<const InputFile> file_;
+  VoxelStream voxels_;
+};
 
 }  // namespace
 
-std::optional<VoxelStream> open_volume(std::shared_ptr<const InputFile> file, FileFormat format,
-                                       const VolumeOptions& options, const std::atomic<bool>* interrupted) {
-  switch (format) {
-    case FileFormat::nrrd:
-    case FileFormat::nhdr:
-      return nrrd::open_volume(std::move(file), options, interrupted);
-    case FileFormat::mha:
-    case FileFormat::mhd:
-      return metaimage::open_volume(std::move(file), options, interrupted);
-#ifdef BOXUNION_HAVE_TIFF
-    case FileFormat::tif:
-    case FileFormat::tiff:
-      return tiff::open_volume(std::move(file), options);
-#endif
-    default:
-      break;
-  }
-  const npy::Header header = npy::read_header(*file);
-  const auto extents = header.extents();
-  if (!extents || extents->size() != 3) return std::nullopt;
-  return npy::open_volume(std::move(file), header, options);
+std::unique_ptr<InputBoxes> volume_input(std::shared_ptr<const InputFile> file, VoxelStream voxels) {
+  return std::make_unique<VolumeInput>(std::move(file), std::move(voxels));
 }
 
 bool is_volume(const std::string& path) {
-  const FileFormat format = path == "-" ? FileFormat::csv : file_format(path, kInputFormats);
-  if (format != FileFormat::npy) return format != FileFormat::csv;
-  const auto extents = npy::read_header(InputFile(path)).extents();
-  return extents && extents->size() == 3;
+  if (path == "-") return false;
+  const Format& format = format_of(path, FileUse::input);
+  if ((format.roles & (boxes_in | voxels_in)) != (boxes_in | voxels_in)) return format.roles & voxels_in;
+  return format.reader(std::make_shared<InputFile>(path), {})->is_volume();
 }
 
 Volume read_volume(const std::string& path, const VolumeOptions& options,
                    const std::atomic<bool>* interrupted) {
   const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
-  const FileFormat format = file_format(path, kVolumeFormats);
-  const auto file = std::make_shared<InputFile>(path, interrupted);
-  if (format == FileFormat::vox) return filled(*file, options);
-  if (options.model)
-    throw Error(ErrorKind::usage, fmt::format("{}: only .vox files have models to choose", file->name()));
-  const auto stream = open_volume(file, format, options, interrupted);
-  if (!stream) reject(*file, "found an array of boxes, expected one of voxels, of shape (z, y, x)");
-  Volume volume = collect(*stream);
-  const bool is_fortran = format == FileFormat::npy && stream->grid.axes[0] == 2;
-  return is_fortran ? transposed(volume) : volume;
+  return open_input(path, FileUse::volume, interrupted, options)->read_volume();
 }
 
 }  // namespace boxunion

@@ -135,10 +135,9 @@ void VolumeHeader::place(VoxelGrid& grid, const std::string& field,
   }
 }
 
-std::shared_ptr<const InputFile> VolumeHeader::open_beside(const std::string& name,
-                                                           const std::atomic<bool>* interrupted) const {
+std::shared_ptr<const InputFile> VolumeHeader::open_beside(const std::string& name) const {
   const std::filesystem::path folder = std::filesystem::path(file_->name()).parent_path();
-  return std::make_shared<InputFile>((folder / name).string(), interrupted);
+  return std::make_shared<InputFile>((folder / name).string(), file_->interrupted());
 }
 
 }  // namespace boxunion

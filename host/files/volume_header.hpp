@@ -48,8 +48,7 @@ class VolumeHeader {
              const std::array<double, 3>& centre) const;
 
   /// Opens the data file that a field names. A relative path is relative to the folder of the header.
-  std::shared_ptr<const InputFile> open_beside(const std::string& name,
-                                               const std::atomic<bool>* interrupted) const;
+  std::shared_ptr<const InputFile> open_beside(const std::string& name) const;
 
  private:
   std::shared_ptr<const InputFile> file_;

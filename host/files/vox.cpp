@@ -5,8 +5,10 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +19,7 @@
 #include "core/base/error.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"
+#include "host/files/spooled_boxes.hpp"
 #include "host/files/voxel_data.hpp"
 
 // The format: https://github.com/ephtracy/voxel-model, MagicaVoxel-file-format-vox.txt and -vox-extension.txt
@@ -375,10 +378,12 @@ std::uint64_t bytes_of(const Scene& scene) {
          scene.links * sizeof(std::uint32_t);
 }
 
-}  // namespace
+using BoxSink = std::function<void(std::span<const IntegerBox>)>;
 
+/// Gives the boxes of a scene to `take`, some at a time: those of each model where the scene graph has it.
+/// First calls expect(bytes), if there is one: about how much memory it will take at most.
 void stream_boxes(const InputFile& file, const VolumeOptions& options, const BoxSink& take,
-                  const std::function<void(std::uint64_t)>& expect) {
+                  const std::function<void(std::uint64_t)>& expect = {}) {
   Blocks blocks(file);
   Scene scene = read_scene(blocks, options);
   if (options.model && (*options.model < 1 || *options.model > scene.models.size()))
@@ -401,11 +406,70 @@ void stream_boxes(const InputFile& file, const VolumeOptions& options, const Box
       });
 }
 
-std::vector<IntegerBox> read_boxes(const InputFile& file, const VolumeOptions& options) {
-  std::vector<IntegerBox> all;
-  stream_boxes(file, options,
-               [&](std::span<const IntegerBox> boxes) { all.insert(all.end(), boxes.begin(), boxes.end()); });
-  return all;
+/// The voxels of a scene, in the bounds of all of them. Reads the scene twice, so that its boxes are never
+/// all in memory.
+Volume filled(const InputFile& file, const VolumeOptions& options) {
+  constexpr std::int32_t kFirst = std::numeric_limits<std::int32_t>::max(), kLast = -kFirst;
+  IntegerBox bounds = {kFirst, kFirst, kFirst, kLast, kLast, kLast};
+  stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
+    for (const IntegerBox& box : boxes)
+      for (std::size_t a = 0; a < 3; ++a) {
+        bounds[a] = std::min(bounds[a], box[a]);
+        bounds[a + 3] = std::max(bounds[a + 3], box[a + 3]);
+      }
+  });
+  if (bounds[0] > bounds[3]) reject(file, "found no voxel");
+  VoxelGrid grid;
+  for (std::size_t a = 0; a < 3; ++a) {
+    grid.size[a] = std::size_t(std::int64_t{bounds[a + 3]} - bounds[a]);
+    grid.origin[a] = bounds[a];
+  }
+  check_extents(file, grid.size);
+  Volume volume(grid);
+  stream_boxes(file, options, [&](std::span<const IntegerBox> boxes) {
+    for (const IntegerBox& box : boxes)
+      for (std::int64_t z = box[2]; z < box[5]; ++z)
+        for (std::int64_t y = box[1]; y < box[4]; ++y) {
+          const std::size_t row =
+              (std::size_t(z - bounds[2]) * grid.size[1] + std::size_t(y - bounds[1])) * grid.size[0];
+          std::fill_n(&volume.inside[row + std::size_t(std::int64_t{box[0]} - bounds[0])], box[3] - box[0],
+                      std::uint8_t{1});
+        }
+  });
+  return volume;
+}
+
+class Input final : public InputBoxes {
+ public:
+  Input(std::shared_ptr<const InputFile> file, const VolumeOptions& options)
+      : file_(std::move(file)), options_(options) {}
+
+  bool is_volume() const override { return true; }
+  BoxSet read() override {
+    std::vector<IntegerBox> all;
+    stream_boxes(*file_, options_, [&](std::span<const IntegerBox> boxes) {
+      all.insert(all.end(), boxes.begin(), boxes.end());
+    });
+    return all;
+  }
+  std::unique_ptr<BoxFile> open(const Budget& budget) override {
+    auto spooled = std::make_unique<SpooledBoxes>(*file_, budget);
+    stream_boxes(
+        *file_, options_, [&](std::span<const IntegerBox> boxes) { spooled->append(boxes); },
+        [&](std::uint64_t bytes) { require_memory(*file_, "the models of the scene", bytes, budget); });
+    return spooled;
+  }
+  Volume read_volume() override { return filled(*file_, options_); }
+
+ private:
+  std::shared_ptr<const InputFile> file_;
+  VolumeOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<InputBoxes> read(std::shared_ptr<InputFile> file, const VolumeOptions& options) {
+  return std::make_unique<Input>(std::move(file), options);
 }
 
 }  // namespace boxunion::vox

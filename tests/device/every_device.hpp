@@ -22,13 +22,11 @@ inline std::vector<DeviceInfo> devices_under_test() {
   for (std::string argument; std::getline(arguments, argument, '\0');) {
     if (!argument.starts_with(kFilter) || argument.find_first_of("*?:-", kFilter.size()) != argument.npos)
       continue;
-    std::vector<DeviceInfo> devices{describe_native()};
+    std::vector<DeviceInfo> devices;
     std::vector<std::string> notes;
-    const auto add = [&](const std::vector<DeviceInfo>& more) {
-      devices.insert(devices.end(), more.begin(), more.end());
-    };
-    if (argument.find("opencl") != argument.npos) add(list_opencl(notes));
-    if (argument.find("vulkan") != argument.npos) add(list_vulkan(notes));
+    for (const Backend& backend : backends())
+      if (backend.kind == "native" || argument.find(backend.kind) != argument.npos)
+        for (const DeviceInfo& device : list_devices(backend, notes)) devices.push_back(device);
     return devices;
   }
   return list_devices();

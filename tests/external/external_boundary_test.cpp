@@ -24,7 +24,7 @@ ExternalBoundary write_within(const BoxSet& boxes, NonManifold contacts, bool tr
   const BoxesInMemory file(boxes);
   Report report;
   ExternalUnion solid(file, kNative, budget, report);
-  return write_boundary(solid, contacts, triangles_only, open_output(path, nullptr, kBoundaryFormats),
+  return write_boundary(solid, contacts, triangles_only, open_output(path, nullptr, FileUse::boundary),
                         report);
 }
 
@@ -63,9 +63,9 @@ TEST(ExternalBoundary, IsTheSameToTheByteInEveryFormat) {
         SCOPED_TRACE(input.name + " " + name + (contacts == NonManifold::keep ? " keep" : " split"));
         const bool triangles_only = random() % 2 == 0;
         const std::string path = folder.file(name);
-        if (is_mesh(file_format(path, kBoundaryFormats)))
+        if (is_mesh(path))
           write_mesh(expected.brep, expected.triangulation, triangles_only,
-                     open_output(path, nullptr, kBoundaryFormats));
+                     open_output(path, nullptr, FileUse::boundary));
         else
           write_vertices(solid, open_output(path));
         // planes of some thousand vertices at a time, unless one plane has more

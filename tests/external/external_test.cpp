@@ -201,7 +201,7 @@ TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
   };
   for (const NonManifold contacts : {NonManifold::keep, NonManifold::split})
     check([&](ExternalUnion& solid, Report& report) {
-      write_boundary(solid, contacts, false, open_output(folder.file("a.ply"), nullptr, kBoundaryFormats),
+      write_boundary(solid, contacts, false, open_output(folder.file("a.ply"), nullptr, FileUse::boundary),
                      report);
     });
   for (const std::optional<AxisOrder> order : {std::optional(kAxisOrders[1]), std::optional<AxisOrder>()})

@@ -103,7 +103,7 @@ class ThreeMf : public testing::Test {
  protected:
   std::string write(const Boundary& b) {
     const std::string path = folder_.file("a.3mf");
-    EXPECT_TRUE(write_mesh(b.brep, b.triangulation, false, open_output(path, nullptr, kBoundaryFormats)));
+    EXPECT_TRUE(write_mesh(b.brep, b.triangulation, false, open_output(path, nullptr, FileUse::boundary)));
     return path;
   }
   TemporaryFolder folder_;
@@ -137,9 +137,9 @@ TEST_F(ThreeMf, BringsBackEveryPointAndTriangle) {
 }
 
 TEST_F(ThreeMf, HoldsFewerThan2To31Points) {
-  OutputFile file = open_output(folder_.file("a.3mf"), nullptr, kBoundaryFormats);
+  OutputFile file = open_output(folder_.file("a.3mf"), nullptr, FileUse::boundary);
   try {
-    MeshWriter(file, false, std::uint64_t{1} << 31, 12);
+    begin_mesh(file, {.points = std::uint64_t{1} << 31, .triangles = 12});
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::resources);

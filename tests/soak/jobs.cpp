@@ -264,7 +264,7 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
     return {};
   }
   const auto open = [&](const std::string& name) {
-    return open_output(folder.file(name), nullptr, kBoundaryFormats);
+    return open_output(folder.file(name), nullptr, FileUse::boundary);
   };
   if (slabs.file.starts_with("vertices") || slabs.file.starts_with("a.")) {
     write_boundary(external, slabs.contacts, false, open("slabs_" + slabs.file), report);
