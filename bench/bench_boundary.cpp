@@ -14,10 +14,10 @@
 #include "bench/program.hpp"
 #include "bench/sorting.hpp"
 #include "bench/timing.hpp"
-#include "core/boundary/brep.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
+#include "core/boundary/faces.hpp"
 
 namespace {
 

@@ -13,8 +13,8 @@
 #include "bench/program.hpp"
 #include "bench/sorting.hpp"
 #include "bench/timing.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 
 namespace boxunion {
 namespace {

@@ -10,12 +10,11 @@
 
 #include "bench/program.hpp"
 #include "bench/timing.hpp"
-#include "core/models/adjacency.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/voxels/generate_volume.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "core/voxels/voxel_boxes.hpp"
-#include "host/engine/engine.hpp"
 
 namespace boxunion {
 namespace {

@@ -14,10 +14,9 @@
 #include <string>
 
 #include "bench/timing.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "host/engine/boundary.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/union.hpp"
 #include "tests/support/families.hpp"
 
 namespace boxunion {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "host/files/files.hpp"
 
 namespace {

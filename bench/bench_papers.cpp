@@ -15,8 +15,8 @@
 
 #include "bench/program.hpp"
 #include "bench/timing.hpp"
-#include "core/boundary/brep.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/union.hpp"
+#include "core/boundary/faces.hpp"
 
 namespace boxunion {
 namespace {

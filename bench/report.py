@@ -14,7 +14,7 @@ import sys
 
 BENCH = pathlib.Path(__file__).resolve().parent
 SOURCE = BENCH.parent
-BUILD = SOURCE / "build" / "release"
+BUILD = SOURCE / "build" / "dev"
 RESULTS = BENCH / "results"
 REQUIREMENTS = BENCH / "peers" / "requirements.txt"
 

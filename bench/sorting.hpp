@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/timing.hpp"
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 namespace boxunion {
 

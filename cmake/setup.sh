@@ -39,7 +39,7 @@ build_packages=(
 )
 # Further packages for the tests, benchmarks and checkers.
 check_packages=(
-  libgtest-dev librapidcheck-dev libgmp-dev libbenchmark-dev lib3mf-dev
+  dpkg-dev pkgconf libgtest-dev librapidcheck-dev libgmp-dev libbenchmark-dev lib3mf-dev
   clang clang-format python3 spirv-tools oclgrind vulkan-validationlayers valgrind
 )
 

@@ -2,7 +2,8 @@
 """Folders include only what their READMEs allow.
 
 Every folder of core/ and host/ is a room. Its README ends with "May use:" and the rooms whose headers it includes.
-That must hold exactly, core/ may not use host/, and no chain of rooms leads back to itself.
+That must hold exactly, core/ may not use host/, and no chain of rooms leads back to itself. Every room may use the
+public headers in include/boxunion, which include only each other and the standard library.
 """
 import pathlib
 import re
@@ -57,6 +58,11 @@ while floor := [room for room, uses in left.items() if not uses & left.keys()]:
         del left[room]
 if left:
     faults.append(f"a circle among {', '.join(sorted(left))}")
+
+for file in sorted((root / "include" / "boxunion").glob("*.hpp")):
+    for header in re.findall(r'#include ["<]([^">]+)[">]', file.read_text()):
+        if not re.fullmatch(r"boxunion/\w+\.hpp|[a-z_]+", header):
+            faults.append(f"include/boxunion/{file.name} includes {header}, which is not installed")
 
 print("\n".join(faults) or f"{len(rooms)} rooms, {sum(map(len, may_use.values()))} arrows, all one way")
 sys.exit(bool(faults))

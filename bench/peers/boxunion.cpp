@@ -13,15 +13,14 @@
 #include <vector>
 
 #include "bench/peers/contender.hpp"
-#include "core/boundary/brep.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/plane/contour.hpp"
-#include "core/plane/polygons.hpp"
+#include "boxunion/contour.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/voxels.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/voxels/voxel_boxes.hpp"
-#include "core/voxels/voxel_labels.hpp"
-#include "host/engine/engine.hpp"
 #include "host/files/files.hpp"
-#include "host/files/volume.hpp"
 
 namespace boxunion::peers {
 namespace {

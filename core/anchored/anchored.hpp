@@ -4,10 +4,10 @@
 #include <optional>
 #include <span>
 
-#include "core/boxes/axis.hpp"
-#include "core/boxes/box.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/vertex.hpp"
+#include "boxunion/box.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/vertex_sink.hpp"
 
 namespace boxunion {
 

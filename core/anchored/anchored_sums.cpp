@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "boxunion/octants.hpp"
 #include "core/anchored/anchored.hpp"
 #include "core/anchored/staircase.hpp"
 #include "core/base/exact.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/radix_sort.hpp"
 #include "core/solid/mass_totals.hpp"
-#include "core/solid/octants.hpp"
 
 namespace boxunion {
 namespace {

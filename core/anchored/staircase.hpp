@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/octants.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/ordered_bitset.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
 
 namespace boxunion {
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 #include "core/base/plain_threads.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/radix_sort.hpp"
 

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/octants.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
-#include "core/solid/solid.hpp"
+#include "core/solid/solid_sink.hpp"
 
 namespace boxunion {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/radix_sort.hpp"
 

@@ -7,22 +7,13 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/brep.hpp"
 #include "core/base/memory.hpp"
 #include "core/boundary/planes.hpp"
 #include "core/solid/fans.hpp"
-#include "core/solid/solid.hpp"
+#include "core/solid/solid_sink.hpp"
 
 namespace boxunion {
-
-/// What becomes of non-manifold edges (four faces) and vertices (several fans).
-enum class NonManifold {
-  keep,  ///< they stay, as true contacts
-  split  ///< a copy of the vertex for each fan, of the edge for each filled sector, so that a manifold
-         ///< results
-};
-
-/// A position: x, y, z in the boxes' unit.
-using Point = std::array<double, 3>;
 
 /// Numbers the fans of all vertices, vertex by vertex.
 class Fans {

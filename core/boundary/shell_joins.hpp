@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/boundary/brep.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/planes.hpp"
 #include "core/boundary/points.hpp"
 

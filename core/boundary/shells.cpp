@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/disjoint_sets.hpp"
-#include "core/boundary/brep.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/plane_sweep.hpp"
 #include "core/boundary/shell_joins.hpp"
 

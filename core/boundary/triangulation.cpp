@@ -1,13 +1,14 @@
-#include "core/boundary/triangulation.hpp"
-
 #include <algorithm>
 #include <numeric>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/mesh.hpp"
 #include "core/base/memory.hpp"
 #include "core/boundary/face_sweep.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/orientation.hpp"
 #include "core/boundary/plane_sweep.hpp"
+#include "core/boundary/points.hpp"
 
 namespace boxunion {
 namespace {

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstdint>
 
+#include "boxunion/octants.hpp"
 #include "core/boundary/planes.hpp"
 #include "core/solid/fans.hpp"
-#include "core/solid/octants.hpp"
 
 namespace boxunion {
 

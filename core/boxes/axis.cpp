@@ -1,5 +1,3 @@
-#include "core/boxes/axis.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -7,11 +5,12 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/rectangle.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/radix_sort.hpp"
-#include "core/boxes/rectangle.hpp"
+#include "core/boxes/ordinals.hpp"
 
 namespace boxunion {
 namespace {

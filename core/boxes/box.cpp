@@ -1,11 +1,11 @@
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/parallel.hpp"
 
 namespace boxunion {

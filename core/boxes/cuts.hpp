@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 namespace boxunion {
 

@@ -1,4 +1,4 @@
-#include "core/boxes/generate.hpp"
+#include "boxunion/generate.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <string_view>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

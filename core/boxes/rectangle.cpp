@@ -1,12 +1,12 @@
-#include "core/boxes/rectangle.hpp"
+#include "boxunion/rectangle.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 
+#include "boxunion/box.hpp"
 #include "core/base/parallel.hpp"
-#include "core/boxes/box.hpp"
 
 namespace boxunion {
 

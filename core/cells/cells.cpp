@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/sample.hpp"
 #include "core/cells/closed_form.hpp"
 

@@ -7,11 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/statistics.hpp"
 #include "core/cells/cell_program.hpp"
 #include "core/cells/clusters.hpp"
 #include "core/cells/expression.hpp"
 #include "core/cells/packed.hpp"
-#include "core/solid/mass.hpp"
+#include "core/solid/mass_sink.hpp"
 
 namespace boxunion {
 
@@ -51,14 +52,6 @@ struct CellBatch {
   void clear();
   /// Adds another batch's cells behind this one's.
   void append(const CellBatch& other);
-};
-
-/// What the grid did with the boxes of a run (UNION3, table 1).
-struct CellStatistics {
-  std::uint64_t cells = 0;          ///< cells with boxes that a kernel looked at
-  std::uint64_t covered_cells = 0;  ///< cells (or larger regions) that one box covers
-  std::uint64_t items = 0;          ///< cell-box overlaps
-  CellStatistics& operator+=(const CellStatistics& other);
 };
 
 /// Where in a tile the result of an expression has anything, in packed coordinates; lo > hi if nowhere.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/solid/octants.hpp"
+#include "boxunion/octants.hpp"
 
 namespace boxunion {
 namespace {

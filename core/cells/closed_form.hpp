@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "core/cells/packed.hpp"
-#include "core/solid/mass.hpp"
+#include "core/solid/mass_sink.hpp"
 
 // Sums in closed form, which need no device: boxes in packed coordinates of a tile. Like those of the
 // kernels, the sums count from 0 where packed coordinates count from 1.

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/memory.hpp"
-#include "core/boxes/axis.hpp"
+#include "core/boxes/ordinals.hpp"
 #include "core/cells/packed.hpp"
 
 namespace boxunion {

@@ -1,7 +1,6 @@
-#include "core/models/adjacency.hpp"
-
 #include <vector>
 
+#include "boxunion/components.hpp"
 #include "core/base/interruptible_loop.hpp"
 #include "core/models/box_faces.hpp"
 

@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "core/base/connectivity.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/volume.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/radix_sort.hpp"
-#include "core/models/decomposition.hpp"
 #include "core/models/face_join.hpp"
 
 namespace boxunion {

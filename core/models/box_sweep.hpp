@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/base/parallel.hpp"
-#include "core/models/evm.hpp"
 #include "core/models/section_rectangles.hpp"
+#include "core/models/sections.hpp"
 
 // Sweeps that cut a solid into disjoint boxes. They take its planes of extreme vertices one by one, in the
 // order of A, and hold only the section between two planes and as many vertices. Coordinates are of type C:

@@ -1,4 +1,4 @@
-#include "core/models/components.hpp"
+#include "boxunion/components.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "boxunion/error.hpp"
 #include "core/base/disjoint_sets.hpp"
-#include "core/base/error.hpp"
 #include "core/base/exact.hpp"
 #include "core/base/interruptible_loop.hpp"
 #include "core/base/memory.hpp"

@@ -1,4 +1,4 @@
-#include "core/models/decomposition.hpp"
+#include "boxunion/decomposition.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/radix_sort.hpp"
@@ -188,6 +188,22 @@ std::uint64_t count_boxes(const Evm& evm, BoxModel model, std::uint64_t most) {
     return most + 1;
   }
   return std::min(count, most + 1);
+}
+
+Evm make_evm_of_fewest_boxes(const Solid& solid, BoxModel model) {
+  Evm best;
+  for (std::uint64_t limit = 8 * solid.vertices.size();; limit *= 8) {
+    std::uint64_t fewest = limit + 1;
+    for (const AxisOrder& candidate : kAxisOrders) {
+      Evm evm = make_evm(solid, candidate);
+      const std::uint64_t count = count_boxes(evm, model, fewest - 1);
+      if (count >= fewest) continue;
+      fewest = count;
+      best = std::move(evm);
+    }
+    if (fewest <= limit) return best;
+    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() says that it is too much
+  }
 }
 
 Evm make_evm(const Decomposition& decomposition) {

@@ -1,14 +1,13 @@
-#include "core/models/evm.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/base/interruptible_loop.hpp"
 #include "core/base/radix_sort.hpp"
+#include "core/models/sections.hpp"
 #include "core/slices/xor_merge.hpp"
-#include "core/solid/octants.hpp"
 
 namespace boxunion {
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/base/sorted_chunks.hpp"
-#include "core/models/evm.hpp"
 #include "core/models/section_cells.hpp"
+#include "core/models/sections.hpp"
 
 namespace boxunion {
 

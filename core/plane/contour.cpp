@@ -1,4 +1,4 @@
-#include "core/plane/contour.hpp"
+#include "boxunion/contour.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -8,9 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/sample.hpp"
-#include "core/solid/mass.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/plane/contour_cell.hpp"
+#include "core/solid/mass_sink.hpp"
 
 namespace boxunion {
 namespace {

@@ -7,25 +7,15 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/contour.hpp"
 #include "core/base/memory.hpp"
-#include "core/boxes/axis.hpp"
+#include "core/boxes/ordinals.hpp"
 
 namespace boxunion {
 
-/// A vertex of the union of rectangles: its ordinals, and which of the four quadrants around it are filled
-/// (bit 0: left below, 1: right below, 2: left above, 3: right above). The mask is constant along neither
-/// axis. One or three quadrants are a corner; two diagonal ones are two corners that touch.
-struct ContourVertex {
-  std::uint32_t x, y;
-  std::uint32_t quadrants;
-
-  friend bool operator==(const ContourVertex&, const ContourVertex&) = default;
-};
-
-/// Finds the vertices of a union of rectangles in one cell of the plane at a time, by a bitmap of at most 64
-/// x 64 bits between the coordinates of the cell. A cell with more coordinates is halved. As in three
-/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide everything about
-/// them.
+/// Finds the vertices of a union of rectangles in one cell of the plane after the other, by a bitmap of at
+/// most 64 x 64 bits between the coordinates of the cell; a cell with more coordinates is halved. As in three
+/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide all about them.
 class ContourCell {
  public:
   /// Appends the vertices of a cell to `out`. On every row, x ascends. Returns true if the rows ascend, too.

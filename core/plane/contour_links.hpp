@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/contour.hpp"
 #include "core/base/memory.hpp"
-#include "core/plane/contour.hpp"
 
 namespace boxunion {
 

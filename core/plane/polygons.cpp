@@ -1,5 +1,3 @@
-#include "core/plane/polygons.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -7,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/contour.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/radix_sort.hpp"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/boxes/axis.hpp"
+#include "core/boxes/ordinals.hpp"
 
 namespace boxunion {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/solid/octants.hpp"
+#include "boxunion/octants.hpp"
 
 namespace boxunion {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/base/memory.hpp"
 #include "core/base/ordered_bitset.hpp"
-#include "core/solid/vertex.hpp"
+#include "core/solid/vertex_sink.hpp"
 
 namespace boxunion {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/solid/octants.hpp"
+#include "boxunion/octants.hpp"
 
 namespace boxunion {
 

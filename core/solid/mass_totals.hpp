@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "core/base/exact.hpp"
-#include "core/solid/mass.hpp"
+#include "core/solid/mass_sink.hpp"
 
 namespace boxunion {
 

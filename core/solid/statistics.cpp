@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "boxunion/octants.hpp"
 #include "core/base/exact.hpp"
-#include "core/solid/octants.hpp"
 
 namespace boxunion {
 namespace {

@@ -1,5 +1,3 @@
-#include "core/voxels/generate_volume.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +6,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 
 namespace boxunion {

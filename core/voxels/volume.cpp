@@ -1,4 +1,4 @@
-#include "core/voxels/volume.hpp"
+#include "boxunion/volume.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 
 namespace boxunion {

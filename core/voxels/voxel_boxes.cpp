@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/voxels/voxel_runs.hpp"
 

@@ -4,8 +4,9 @@
 #include <functional>
 #include <vector>
 
-#include "core/boxes/box.hpp"
-#include "core/voxels/volume.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/volume.hpp"
+#include "boxunion/voxels.hpp"
 
 namespace boxunion {
 
@@ -17,12 +18,6 @@ namespace boxunion {
 /// voxels along the volume's axes: voxel (i, j, k) is the box from (i, j, k) to (i + 1, j + 1, k + 1).
 /// Parallel.
 std::vector<IntegerBox> index_boxes(const VoxelStream& stream);
-
-/// The same boxes where the volume's grid has them: 32-bit integers where origin and spacing are whole
-/// numbers and all edges fit, else doubles, each edge rounded once. Parallel.
-///
-/// Throws Error(input) if an edge is beyond the doubles, Error(usage) for an invalid grid.
-BoxSet voxel_boxes(const VoxelStream& stream);
 
 /// Gives the same boxes to `take`, some at a time, as the slices pass them: only those that reach the slice
 /// and a few slices are in memory. Throws as voxel_boxes does.

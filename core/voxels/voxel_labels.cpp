@@ -1,12 +1,11 @@
-#include "core/voxels/voxel_labels.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
+#include "boxunion/error.hpp"
+#include "boxunion/voxels.hpp"
 #include "core/base/disjoint_sets.hpp"
-#include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/voxels/voxel_runs.hpp"
 

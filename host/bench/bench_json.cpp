@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/files/input.hpp"
 
 namespace boxunion {

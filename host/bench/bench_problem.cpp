@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/boxes/axis.hpp"
-#include "core/boxes/generate.hpp"
+#include "boxunion/generate.hpp"
+#include "core/boxes/ordinals.hpp"
 #include "core/cells/expression.hpp"
 #include "core/slices/slices.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/solid.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/engine/cell_stage.hpp"
 #include "host/engine/cells_method.hpp"
 #include "host/engine/contour_stage.hpp"

@@ -6,15 +6,15 @@
 #include <span>
 #include <utility>
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/octants.hpp"
+#include "boxunion/union.hpp"
 #include "core/cells/expression.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/octants.hpp"
-#include "core/solid/solid.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/bench/bench_problem.hpp"
 #include "host/bench/kernel_bench.hpp"
-#include "host/engine/engine.hpp"
 
 namespace boxunion {
 namespace {

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/bench/bench_problem.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"

@@ -12,13 +12,12 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/boundary/vertex_counts.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/command/command_results.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/boundary.hpp"
-#include "host/engine/engine.hpp"
 #include "host/engine/threads.hpp"
 #include "host/external/external_boundary.hpp"
 #include "host/files/box_file.hpp"
@@ -140,8 +139,7 @@ Options engine_options(const Common& common, ProgressBar& bar) {
 }
 
 std::shared_ptr<const TunedLaunches> tuned_launches() {
-  return std::make_shared<const TunedLaunches>(
-      TunedLaunches::read(tuning_path(), [](const std::string& text) { warn(text); }));
+  return read_tuning(tuning_path(), [](const std::string& text) { warn(text); });
 }
 
 void add_report(std::vector<Result>& results, const Report& report) {

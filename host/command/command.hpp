@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "core/base/connectivity.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/volume.hpp"
 #include "core/boundary/points.hpp"
-#include "core/boxes/generate.hpp"
-#include "core/models/evm.hpp"
+#include "core/models/sections.hpp"
 #include "host/bench/kernel_bench.hpp"
-#include "host/engine/engine.hpp"
 #include "host/external/external_union.hpp"
-#include "host/files/volume.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout, and progress and warnings to
 // stderr. It throws Error, and ends with Error(interrupted) soon after `interrupted` becomes true.

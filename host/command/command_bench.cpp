@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/bench/bench_json.hpp"
 #include "host/bench/kernel_bench.hpp"
 #include "host/command/command.hpp"

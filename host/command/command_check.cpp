@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/bench/device_check.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_results.hpp"

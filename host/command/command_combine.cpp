@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/error.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/parallel.hpp"
 #include "core/cells/expression.hpp"
-#include "core/models/decomposition.hpp"
 #include "host/command/command_memory.hpp"
 #include "host/command/command_results.hpp"
-#include "host/engine/engine.hpp"
 #include "host/engine/threads.hpp"
 #include "host/files/files.hpp"
 

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/models/adjacency.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/models/evm.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "core/models/sections.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_results.hpp"
 #include "host/engine/stopwatch.hpp"
@@ -30,28 +30,8 @@ std::optional<BoxModel> box_model(Model model) {
   return model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
 }
 
-/// The extreme vertices in the requested order, or in the first order that gives the model the fewest
-/// elements. (The number of extreme vertices is the same in every order.) One order may give far more boxes
-/// than another, so no count goes much beyond the best one.
-Evm ordered_evm(const Solid& solid, std::optional<BoxModel> boxes, const std::optional<AxisOrder>& order) {
-  if (order || !boxes) return make_evm(solid, order.value_or(kAxisOrders[0]));
-  Evm best;
-  for (std::uint64_t limit = 8 * solid.vertices.size();; limit *= 8) {
-    std::uint64_t fewest = limit + 1;
-    for (const AxisOrder& candidate : kAxisOrders) {
-      Evm evm = make_evm(solid, candidate);
-      const std::uint64_t count = count_boxes(evm, *boxes, fewest - 1);
-      if (count >= fewest) continue;
-      fewest = count;
-      best = std::move(evm);
-    }
-    if (fewest <= limit) return best;
-    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() throws the error
-  }
-}
-
-/// Adds the order, the number of elements and their bytes in memory. If boxes have neighbors, adds their
-/// pairs, and the bytes include the neighbor lists.
+/// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the
+/// bytes of their lists too.
 void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
                std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {
   std::uint64_t bytes = elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>));
@@ -89,7 +69,9 @@ void decompose(const std::string& input, const std::string& output, const Decomp
     }
     const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
     Stages stages(report, common.interrupted);
-    const Evm evm = ordered_evm(solid, model, decompose_options.order);
+    const auto& order = decompose_options.order;
+    const Evm evm = order || !model ? make_evm(solid, order.value_or(kAxisOrders[0]))
+                                    : make_evm_of_fewest_boxes(solid, *model);
     stages.finish("evm");
     if (!model) {
       add_model(results, model, evm.order, evm.vertices.size(), {}, 0);

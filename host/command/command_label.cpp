@@ -3,10 +3,10 @@
 #include <utility>
 #include <vector>
 
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/voxels.hpp"
 #include "core/base/memory.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/voxels/voxel_labels.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_memory.hpp"
 #include "host/command/command_results.hpp"

@@ -12,8 +12,8 @@
 #include <string>
 #include <thread>
 
-#include "core/base/error.hpp"
-#include "core/boxes/axis.hpp"
+#include "boxunion/error.hpp"
+#include "core/boxes/ordinals.hpp"
 #include "host/device/device.hpp"
 #include "host/engine/threads.hpp"
 #include "host/files/box_file.hpp"

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/union.hpp"
 #include "host/command/command.hpp"
-#include "host/engine/engine.hpp"
 
 // How the commands keep to --memory.
 namespace boxunion::command {

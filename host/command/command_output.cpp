@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <system_error>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion::command {
 

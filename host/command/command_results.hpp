@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/solid/mass.hpp"
-#include "core/solid/solid.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_output.hpp"
 #include "host/files/files.hpp"

@@ -20,8 +20,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/voxels/generate_volume.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_memory.hpp"
 #include "host/command/command_numbers.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/device.hpp"
 
 namespace boxunion {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/failing_device.hpp"
 #include "host/device/forwarding_device.hpp"

@@ -9,11 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace boxunion {
+#include "boxunion/device.hpp"
 
-/// How a kernel shares its work: GROUP gives a workgroup to each work unit (GPUs), ITEM a work-item to each
-/// (CPU devices). The native device is always serial within a unit.
-enum class Shape { group, item };
+namespace boxunion {
 
 /// A kernel's three readings, embedded at build time (see kernels/dialect.h and cmake/Kernels.cmake).
 struct KernelSource {
@@ -25,20 +23,6 @@ struct KernelSource {
   void (*native)(void* const* buffers, const void* parameters, std::uint32_t begin, std::uint32_t end);
   std::uint32_t buffers;          ///< number of buffers bound
   std::uint32_t parameter_bytes;  ///< size of the parameter block, at most 128
-};
-
-/// What a device is and can do.
-struct DeviceInfo {
-  std::string id;          ///< "native", "opencl:0", "vulkan:1": what --device takes
-  std::string name;        ///< the device's own name
-  std::string driver;      ///< platform and version
-  bool is_cpu = true;      ///< shares the host's cores
-  bool is_unified = true;  ///< works on host memory: uploads and downloads copy nothing
-  std::size_t max_buffer_bytes = 0;
-  std::uint32_t max_workgroup = 1;
-  std::uint64_t memory_bytes = 0;
-  Shape preferred_shape = Shape::item;
-  std::uint32_t preferred_workgroup = 1;
 };
 
 /// Host memory and its mirror on a device. On a unified device both are the same memory.
@@ -88,10 +72,6 @@ class Device {
   /// seconds of all threads.
   virtual double kernel_seconds() const = 0;
 };
-
-/// The devices of this machine, native first, then OpenCL, then Vulkan. A back end that is not built in or
-/// finds no driver contributes nothing; `notes` (if given) then gets a line that says so.
-std::vector<DeviceInfo> list_devices(std::vector<std::string>* notes = nullptr);
 
 /// Opens a device: "auto" (the first GPU, else native), "native", "opencl", "opencl:1", "vulkan", "vulkan:0".
 /// Throws Error(device) if there is none of that name.

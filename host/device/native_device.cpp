@@ -5,7 +5,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/instruction_set.hpp"
 #include "core/base/parallel.hpp"
 #include "host/device/backend.hpp"

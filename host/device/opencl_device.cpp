@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 
 namespace boxunion {

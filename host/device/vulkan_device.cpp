@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/vulkan_session.hpp"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 
 namespace boxunion::vulkan {

@@ -1,5 +1,4 @@
-#include "host/engine/boundary.hpp"
-
+#include "boxunion/union.hpp"
 #include "host/engine/stopwatch.hpp"
 #include "host/engine/threads.hpp"
 

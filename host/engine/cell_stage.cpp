@@ -4,9 +4,9 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
 #include "host/device/buffers.hpp"
 #include "host/device/kernels.hpp"
 #include "host/tuning/tuning.hpp"

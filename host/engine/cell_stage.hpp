@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/union.hpp"
 #include "core/cells/cells.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/vertex.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/vertex_sink.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/engine.hpp"
 
 namespace boxunion {
 

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <optional>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/cells/cells.hpp"
 #include "core/cells/tiles.hpp"

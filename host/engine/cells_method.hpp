@@ -2,11 +2,12 @@
 
 #include <span>
 
-#include "core/boxes/axis.hpp"
+#include "boxunion/union.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/cells/cells.hpp"
 #include "core/cells/expression.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/vertex.hpp"
-#include "host/engine/engine.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/vertex_sink.hpp"
 
 namespace boxunion {
 

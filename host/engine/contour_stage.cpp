@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/buffers.hpp"
 #include "host/device/kernels.hpp"
 #include "host/tuning/tuning.hpp"

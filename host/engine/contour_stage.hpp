@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/union.hpp"
 #include "core/slices/slices.hpp"
 #include "core/slices/xor_merge.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/engine.hpp"
 
 namespace boxunion {
 

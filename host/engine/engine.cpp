@@ -1,9 +1,10 @@
-#include "host/engine/engine.hpp"
-
 #include <fmt/format.h>
 
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/anchored/anchored.hpp"
-#include "core/base/error.hpp"
+#include "core/solid/solid_sink.hpp"
+#include "core/solid/statistics.hpp"
 #include "host/engine/cells_method.hpp"
 #include "host/engine/slices_method.hpp"
 #include "host/engine/stopwatch.hpp"

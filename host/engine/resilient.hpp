@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/engine.hpp"
 
 namespace boxunion {
 

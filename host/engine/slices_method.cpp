@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/slices/slices.hpp"
 #include "core/slices/xor_merge.hpp"

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
-#include "core/boxes/axis.hpp"
-#include "core/solid/vertex.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/union.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/solid/vertex_sink.hpp"
 #include "kernels/contract.h"
 
 namespace boxunion {

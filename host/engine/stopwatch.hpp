@@ -5,8 +5,8 @@
 #include <chrono>
 #include <string_view>
 
-#include "core/base/error.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 
 namespace boxunion {
 

@@ -7,7 +7,7 @@
 #include <atomic>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/base/parallel.hpp"
 
 namespace boxunion {

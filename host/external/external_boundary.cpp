@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "boxunion/error.hpp"
+#include "boxunion/mesh.hpp"
 #include "core/base/disjoint_sets.hpp"
-#include "core/base/error.hpp"
 #include "core/base/radix_sort.hpp"
-#include "core/boundary/brep.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/shell_joins.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/models/evm.hpp"
+#include "core/models/sections.hpp"
 #include "core/solid/fans.hpp"
 #include "host/engine/stopwatch.hpp"
 #include "host/external/sorted_runs.hpp"

@@ -3,25 +3,13 @@
 #include <cstdint>
 #include <optional>
 
+#include "boxunion/external.hpp"
 #include "core/boundary/points.hpp"
 #include "core/boundary/vertex_counts.hpp"
 #include "host/external/external_union.hpp"
 #include "host/files/files.hpp"
 
 namespace boxunion {
-
-/// Counts of shells. Every shell that is not a cavity encloses a body.
-struct ShellCounts {
-  std::uint64_t shells = 0, cavities = 0;
-};
-
-/// Counts of a boundary.
-struct BoundaryCounts {
-  std::uint64_t faces = 0, holes = 0, triangles = 0;
-  /// Nothing if counting them would need more than the budget: shells_bytes.
-  std::optional<ShellCounts> shells;
-  std::uint64_t shells_bytes = 0;
-};
 
 struct ExternalBoundary {
   VertexCounts vertices;

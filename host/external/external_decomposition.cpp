@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/models/box_sweep.hpp"
 #include "core/models/face_join.hpp"
-#include "core/solid/octants.hpp"
 #include "host/engine/stopwatch.hpp"
 #include "host/external/sorted_runs.hpp"
 

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/base/connectivity.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/models/evm.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/volume.hpp"
+#include "core/models/sections.hpp"
 #include "host/external/external_union.hpp"
 #include "host/files/files.hpp"
 

@@ -14,13 +14,14 @@
 #include <utility>
 #include <vector>
 
+#include "boxunion/error.hpp"
 #include "core/anchored/anchored.hpp"
-#include "core/base/error.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/sample.hpp"
 #include "core/boxes/cuts.hpp"
 #include "core/cells/tiles.hpp"
 #include "core/solid/statistics.hpp"
+#include "host/device/device.hpp"
 #include "host/engine/cells_method.hpp"
 #include "host/engine/slices_method.hpp"
 #include "host/engine/stopwatch.hpp"

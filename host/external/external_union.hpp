@@ -7,13 +7,13 @@
 #include <span>
 #include <string>
 
+#include "boxunion/external.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/radix_sort.hpp"
-#include "core/boxes/axis.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/solid.hpp"
-#include "host/engine/engine.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/files/box_file.hpp"
-#include "host/files/budget.hpp"
 #include "host/files/scratch.hpp"
 
 namespace boxunion {

@@ -13,11 +13,11 @@
 #include <type_traits>
 #include <vector>
 
+#include "boxunion/box.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/sample.hpp"
-#include "core/boxes/axis.hpp"
-#include "core/boxes/box.hpp"
 #include "core/boxes/cuts.hpp"
+#include "core/boxes/ordinals.hpp"
 #include "host/files/scratch.hpp"
 
 // Boxes on disk, cut into slabs. Their coordinates C are uint32 ordinals if all axes are lattices, and

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "core/boxes/box.hpp"
-#include "host/files/budget.hpp"
-#include "host/files/volume.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/external.hpp"
+#include "boxunion/files.hpp"
 
 namespace boxunion {
 

@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/spooled_boxes.hpp"
 #include "host/files/text_rows.hpp"

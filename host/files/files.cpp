@@ -7,8 +7,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
+#include "core/boundary/orientation.hpp"
 #include "host/files/formats.hpp"
 
 namespace boxunion {
@@ -145,6 +147,75 @@ bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool trian
   writer->finish();
   file.commit();
   return writer->exact();
+}
+
+namespace {
+
+/// The direction of the face that a triangle lies in: 0 .. 5 for +x, -x, +y, -y, +z, -z.
+std::uint8_t direction_of(const Triangle& triangle, std::span<const Point> points) {
+  const Point &p = points[triangle[0]], &q = points[triangle[1]], &r = points[triangle[2]];
+  const std::size_t axis = p[0] == q[0] && p[0] == r[0] ? 0 : p[1] == q[1] && p[1] == r[1] ? 1 : 2;
+  const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+  return std::uint8_t(2 * axis + (orientation({p[u], p[v]}, {q[u], q[v]}, {r[u], r[v]}) < 0));
+}
+
+}  // namespace
+
+bool write_mesh(const Mesh& mesh, OutputFile file) {
+  const std::size_t count = mesh.triangles.size();
+  Faces faces;  // one for each triangle
+  Triangulation triangulation{mesh.triangles, make_array<std::uint32_t>(count + 1, "the faces")};
+  with_memory("the faces", count, [&] { faces.direction.resize(count); });
+  parallel_ranges(0, count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      faces.direction[t] = direction_of(mesh.triangles[t], mesh.points);
+      triangulation.first[t] = std::uint32_t(t);
+    }
+  });
+  triangulation.first[count] = std::uint32_t(count);
+  const auto writer = begin_mesh(file, {mesh.points.size(), count, true});
+  writer->write_points(mesh.points);
+  writer->write_faces(mesh.points, faces, triangulation);
+  writer->finish();
+  file.commit();
+  return writer->exact();
+}
+
+void write_boxes(const BoxSet& boxes, const std::string& path) {
+  write_boxes(boxes, open_output(path));
+}
+
+template <class T>
+void write_volume(const VoxelGrid& grid, std::span<const T> voxels, const std::string& path) {
+  write_volume(grid, voxels, open_output(path, nullptr, FileUse::voxels));
+}
+template void write_volume(const VoxelGrid&, std::span<const std::uint8_t>, const std::string&);
+template void write_volume(const VoxelGrid&, std::span<const std::uint32_t>, const std::string&);
+
+void write_vertices(const Solid& solid, const std::string& path) {
+  write_vertices(solid, open_output(path));
+}
+
+void write_extreme_vertices(const Evm& evm, const std::string& path) {
+  write_extreme_vertices(evm, open_output(path));
+}
+
+void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> labels,
+                          const std::string& path) {
+  write_labelled_boxes(boxes, labels, open_output(path));
+}
+
+void write_components(std::span<const Component> components, const std::string& path) {
+  write_components(components, open_output(path));
+}
+
+bool write_mesh(const Mesh& mesh, const std::string& path) {
+  return write_mesh(mesh, open_output(path, nullptr, FileUse::mesh));
+}
+
+bool write_mesh(const Brep& brep, const Triangulation& triangulation, const std::string& path,
+                bool triangles_only) {
+  return write_mesh(brep, triangulation, triangles_only, open_output(path, nullptr, FileUse::mesh));
 }
 
 }  // namespace boxunion

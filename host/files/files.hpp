@@ -7,16 +7,18 @@
 #include <string>
 #include <string_view>
 
-#include "core/boundary/brep.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/boxes/box.hpp"
-#include "core/models/components.hpp"
-#include "core/models/evm.hpp"
-#include "core/solid/solid.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/mesh.hpp"
+#include "core/boundary/faces.hpp"
+#include "core/models/sections.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/files/output.hpp"
-#include "host/files/volume.hpp"
 
 namespace boxunion {
+
+// The writers of boxunion/files.hpp, with outputs that are opened before the work that fills them.
 
 class RowFormat;
 
@@ -41,26 +43,6 @@ bool is_mesh(const std::string& path);
 
 /// What is done about contacts unless the user says: split for formats whose readers expect manifolds.
 NonManifold default_contacts(const std::string& path);
-
-/// Reads boxes from a .csv or .npy file, from standard input ("-") as CSV, or from a volume of voxels.
-///
-/// CSV: a line of six decimal numbers xmin,ymin,zmin,xmax,ymax,zmax for each box, each rounded to the nearest
-/// double whatever the locale. An optional header of these names comes first; spaces round the numbers,
-/// Windows line ends, blank lines and lines that start with # are allowed.
-///
-/// NPY: an array of shape (n, 6), in C or Fortran order, of either byte order. int32 boxes stay int32;
-/// float64, float32 and int64 become doubles, and an int64 that no double equals is an error.
-///
-/// Volumes (NPY of shape (z, y, x), NRRD, MetaImage, TIFF stacks, MagicaVoxel) become boxes of their voxels
-/// inside, as `volume` says, at the place that the file gives them: see voxel_boxes. They are streamed, never
-/// all in memory.
-///
-/// Throws Error(input) that names the file, the line (CSV) or row (NPY), counted from 1, what is wrong and
-/// what was expected; the first such line or row of the file wins. A file with a header or a shape but no box
-/// is fine. Throws Error(usage) for options of volumes where the file has boxes. Where `interrupted` becomes
-/// true, throws Error(interrupted). Parallel.
-BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
-                  const VolumeOptions& volume = {});
 
 /// Opens an output file (see OutputFile), before the work that fills it. Throws Error(input) unless its
 /// extension is one for this use.
@@ -88,7 +70,7 @@ void write_boxes(const BoxSet& boxes, OutputFile file);
 template <class T>
 void write_volume(const VoxelGrid& grid, std::span<const T> voxels, OutputFile file);
 
-/// Writes vertices, block by block, to a .csv or .npy file: see write_vertices.
+/// Writes vertices, block by block, to a .csv or .npy file.
 class VertexWriter {
  public:
   /// Writes to `file` exactly `count` vertices.
@@ -100,11 +82,7 @@ class VertexWriter {
   const RowFormat& format_;
 };
 
-/// Writes and commits the vertices of a solid, sorted by z, then y, then x.
-///
-/// Columns: x, y, z (coordinates), mask (octant mask, see octants.hpp), and the number of faces that meet
-/// there by outward direction +x, -x, +y, -y, +z, -z: in CSV degree_px, degree_nx, degree_py, degree_ny,
-/// degree_pz, degree_nz, in NPY one field `degrees` of six bytes in a structured array.
+/// Writes and commits the vertices of a solid.
 void write_vertices(const Solid& solid, OutputFile file);
 
 /// Writes points, block by block, to a .csv or .npy file: columns x, y, z, in NPY an (n, 3) array of float64.
@@ -122,13 +100,10 @@ class PointWriter {
 /// Writes and commits extreme vertices as points, in the order of the model.
 void write_extreme_vertices(const Evm& evm, OutputFile file);
 
-/// Writes and commits boxes as write_boxes does, each with its label: in CSV a column `label` more, in NPY a
-/// structured array with the fields `box` (six numbers) and `label` (uint32).
+/// Writes and commits labelled boxes.
 void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> labels, OutputFile file);
 
-/// Writes and commits a table of components in the order of their labels: columns label, boxes, volume, xmin,
-/// ymin, zmin, xmax, ymax, zmax; in NPY a structured array with the fields `label` and `boxes` (uint64),
-/// `volume` (float64) and `bounds` (six float64).
+/// Writes and commits a table of components.
 void write_components(std::span<const Component> components, OutputFile file);
 
 /// How large a mesh will be, and what its faces are.
@@ -165,5 +140,7 @@ std::unique_ptr<MeshWriter> begin_mesh(OutputFile& file, const MeshSize& size);
 /// Writes and commits a boundary as a mesh, as MeshWriter does, in the same order whatever the number of
 /// threads. Returns false if a coordinate was rounded.
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file);
+/// The same of triangles without a boundary representation.
+bool write_mesh(const Mesh& mesh, OutputFile file);
 
 }  // namespace boxunion

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 

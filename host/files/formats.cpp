@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 

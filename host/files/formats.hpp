@@ -10,16 +10,16 @@
 #include <string_view>
 #include <utility>
 
-#include "core/boxes/box.hpp"
-#include "core/models/components.hpp"
-#include "core/solid/solid.hpp"
-#include "core/voxels/volume.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/external.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/volume.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "host/files/box_file.hpp"
-#include "host/files/budget.hpp"
 #include "host/files/files.hpp"
 #include "host/files/input.hpp"
 #include "host/files/output.hpp"
-#include "host/files/volume.hpp"
 
 // The formats behind files.hpp: what each entry of the table in formats.cpp holds.
 

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

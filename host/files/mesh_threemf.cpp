@@ -4,7 +4,7 @@
 #include <iterator>
 #include <memory>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/text_rows.hpp"
 #include "host/files/zip.hpp"

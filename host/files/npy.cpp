@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
 #include "host/files/box_file.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/npy_header.hpp"

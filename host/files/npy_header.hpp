@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/voxels/volume.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/volume.hpp"
 #include "host/files/input.hpp"
 #include "host/files/output.hpp"
-#include "host/files/volume.hpp"
 
 // The format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/external.hpp"
 #include "host/files/box_file.hpp"
-#include "host/files/budget.hpp"
 #include "host/files/input.hpp"
 #include "host/files/scratch.hpp"
 

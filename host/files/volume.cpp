@@ -1,8 +1,7 @@
-#include "host/files/volume.hpp"
-
 #include <memory>
 #include <utility>
 
+#include "boxunion/files.hpp"
 #include "core/base/parallel.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"

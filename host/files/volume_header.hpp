@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/voxels/volume.hpp"
+#include "boxunion/volume.hpp"
 #include "host/files/input.hpp"
 
 namespace boxunion {

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/spooled_boxes.hpp"

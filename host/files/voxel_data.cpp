@@ -13,7 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 
 namespace boxunion {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/voxels/volume.hpp"
+#include "boxunion/volume.hpp"
 #include "host/files/input.hpp"
 
 // The numbers of a volume, for all readers of volumes.

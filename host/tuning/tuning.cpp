@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 #include "host/files/input.hpp"
 
@@ -88,6 +88,11 @@ TunedLaunches TunedLaunches::read(const std::string& path,
                            kernel));
   }
   return result;
+}
+
+std::shared_ptr<const TunedLaunches> read_tuning(const std::string& path,
+                                                 const std::function<void(const std::string&)>& warn) {
+  return std::make_shared<const TunedLaunches>(TunedLaunches::read(path, warn));
 }
 
 void TunedLaunches::write(OutputFile file) const {

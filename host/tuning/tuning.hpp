@@ -9,6 +9,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "boxunion/device.hpp"
 #include "host/device/device.hpp"
 #include "host/files/output.hpp"
 
@@ -44,21 +45,6 @@ class TunedLaunches {
   };
   std::map<Key, Launch> launches_;
 };
-
-/// How kernels are launched; never changes a result. Zero or empty: what suits the device.
-struct Tuning {
-  std::optional<Shape> shape{};
-  std::uint32_t workgroup = 0;
-  std::uint32_t tile_coordinates = 0;  ///< slices: distinct coordinates an axis of a tile, at most 31
-  std::uint32_t cell = 0;              ///< cells: edge in ordinals, rounded up to a power of two
-  std::uint32_t cell_boxes = 0;        ///< cells: boxes above which a cell is cut again
-  /// What proved best on some devices, for a shape and workgroup that are not given.
-  std::shared_ptr<const TunedLaunches> tuned{};
-};
-
-/// Where this user's tuning file is: BOXUNION_TUNING, where that is set (empty: there is none), else
-/// boxunion/tuning.json in $XDG_CONFIG_HOME or ~/.config. Empty if there is none.
-std::string tuning_path();
 
 /// Opens a tuning file to be written, in a folder that is made if need be, before the work that finds what it
 /// will say. Throws as OutputFile does.

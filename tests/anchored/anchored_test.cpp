@@ -15,10 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "boxunion/error.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
 #include "core/anchored/staircase.hpp"
-#include "core/base/error.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "host/engine/engine.hpp"
+#include "core/solid/solid_sink.hpp"
 #include "tests/engine/ways.hpp"
 #include "tests/support/reference.hpp"
 

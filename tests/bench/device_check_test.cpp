@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/bench/kernel_bench.hpp"
 #include "tests/command/command.hpp"
 #include "tests/device/native_proxy.hpp"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/bench/bench_json.hpp"
 #include "host/bench/bench_problem.hpp"
 #include "tests/device/every_device.hpp"

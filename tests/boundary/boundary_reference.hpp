@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 // References for the B-rep: voxels, unit squares and unit edges, joined one by one. Good for small integers.
 

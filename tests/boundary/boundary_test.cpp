@@ -11,12 +11,12 @@
 #include <random>
 #include <set>
 
-#include "core/base/error.hpp"
-#include "core/boundary/brep.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/orientation.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
 #include "host/files/files.hpp"
 #include "tests/boundary/boundary_reference.hpp"
 #include "tests/support/generators.hpp"

@@ -1,5 +1,3 @@
-#include "core/boxes/axis.hpp"
-
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <tbb/task_arena.h>
@@ -10,7 +8,8 @@
 #include <random>
 #include <set>
 
-#include "core/boxes/rectangle.hpp"
+#include "boxunion/rectangle.hpp"
+#include "core/boxes/ordinals.hpp"
 #include "tests/support/generators.hpp"
 
 namespace boxunion {

@@ -1,11 +1,11 @@
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

@@ -1,11 +1,11 @@
-#include "core/boxes/generate.hpp"
+#include "boxunion/generate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <set>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 
 namespace boxunion {
 namespace {

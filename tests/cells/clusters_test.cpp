@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 
 namespace boxunion {
 namespace {

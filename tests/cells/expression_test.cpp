@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "tests/engine/expressions.hpp"
 
 namespace boxunion {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/files/files.hpp"
 #include "tests/command/command.hpp"
 #include "tests/files/vox.hpp"

@@ -9,7 +9,7 @@
 #include <random>
 #include <thread>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"
 #include "kernels/contract.h"

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/engine.hpp"
 #include "tests/device/every_device.hpp"
 
 namespace boxunion {

@@ -8,10 +8,10 @@
 #include <array>
 #include <random>
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
-#include "core/models/evm.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
+#include "core/models/sections.hpp"
 #include "tests/engine/expressions.hpp"
 #include "tests/engine/sweep.hpp"
 #include "tests/engine/ways.hpp"

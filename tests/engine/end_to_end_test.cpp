@@ -7,7 +7,7 @@
 #include <bit>
 #include <cmath>
 
-#include "host/engine/engine.hpp"
+#include "boxunion/union.hpp"
 #include "host/files/files.hpp"
 #include "tests/support/generators.hpp"
 #include "tests/support/reference.hpp"

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/union.hpp"
 #include "tests/engine/ways.hpp"
 #include "tests/support/reference.hpp"
 

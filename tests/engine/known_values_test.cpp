@@ -6,8 +6,8 @@
 #include <random>
 #include <string>
 
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "host/files/files.hpp"
 #include "tests/device/every_device.hpp"
 #include "tests/support/temporary.hpp"

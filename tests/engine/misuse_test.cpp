@@ -8,16 +8,16 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/voxels.hpp"
 #include "core/cells/expression.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
 #include "core/voxels/voxel_boxes.hpp"
-#include "core/voxels/voxel_labels.hpp"
-#include "host/engine/engine.hpp"
 #include "host/external/external_decomposition.hpp"
 #include "host/files/files.hpp"
-#include "host/files/volume.hpp"
 #include "tests/support/boxes_in_memory.hpp"
 #include "tests/support/temporary.hpp"
 

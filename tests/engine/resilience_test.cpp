@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "tests/device/every_device.hpp"
 
 namespace boxunion {

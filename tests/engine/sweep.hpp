@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "boxunion/union.hpp"
 #include "core/cells/expression.hpp"
-#include "core/models/evm.hpp"
-#include "host/engine/engine.hpp"
+#include "core/models/sections.hpp"
 
 namespace boxunion {
 

@@ -1,6 +1,8 @@
 // One list of cases for every way to compute a union: methods, devices, shapes, workgroup sizes and cell
 // sizes. All must find the same vertices as brute force.
 
+#include "boxunion/union.hpp"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -9,8 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "core/solid/octants.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/octants.hpp"
 #include "tests/engine/ways.hpp"
 #include "tests/support/generators.hpp"
 #include "tests/support/reference.hpp"

@@ -12,10 +12,10 @@
 #include <numeric>
 #include <random>
 
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/sample.hpp"
-#include "core/boxes/generate.hpp"
 #include "core/cells/tiles.hpp"
-#include "host/engine/engine.hpp"
 #include "tests/support/reference.hpp"
 
 namespace boxunion {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/solid/vertex.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/union.hpp"
+#include "core/solid/vertex_sink.hpp"
 #include "tests/device/every_device.hpp"
 
 namespace boxunion {

@@ -7,8 +7,8 @@
 #include <array>
 #include <random>
 
-#include "core/base/error.hpp"
-#include "host/engine/boundary.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "tests/command/command.hpp"
 #include "tests/external/external_inputs.hpp"
 #include "tests/support/boxes_in_memory.hpp"

@@ -11,8 +11,8 @@
 #include <optional>
 #include <random>
 
-#include "core/base/error.hpp"
-#include "core/models/adjacency.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/error.hpp"
 #include "host/external/sorted_runs.hpp"
 #include "tests/command/command.hpp"
 #include "tests/external/external_inputs.hpp"

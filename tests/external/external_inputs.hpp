@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/boxes/box.hpp"
-#include "core/boxes/generate.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/generate.hpp"
 
 namespace boxunion {
 

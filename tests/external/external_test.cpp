@@ -8,9 +8,9 @@
 #include <optional>
 #include <random>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
 #include "core/boxes/cuts.hpp"
-#include "core/boxes/generate.hpp"
 #include "host/engine/threads.hpp"
 #include "host/external/external_boundary.hpp"
 #include "host/external/external_decomposition.hpp"

@@ -10,8 +10,8 @@
 #include <limits>
 #include <random>
 
-#include "core/base/error.hpp"
-#include "core/solid/octants.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "tests/support/temporary.hpp"
 
 namespace boxunion {

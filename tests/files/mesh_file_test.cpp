@@ -8,9 +8,9 @@
 #include <limits>
 #include <sstream>
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/boundary.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "host/files/files.hpp"
 #include "tests/support/temporary.hpp"
 

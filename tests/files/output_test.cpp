@@ -21,7 +21,7 @@
 #include <functional>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "tests/support/temporary.hpp"
 
 namespace boxunion {

@@ -14,9 +14,9 @@
 #include <Model/COM/NMR_DLLInterfaces.h>
 #endif
 
-#include "core/base/error.hpp"
-#include "core/boxes/generate.hpp"
-#include "host/engine/boundary.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "host/engine/threads.hpp"
 #include "host/files/files.hpp"
 #include "host/files/zip.hpp"

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/voxels/voxel_labels.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/voxels.hpp"
 #include "host/files/files.hpp"
 #include "tests/files/volumes.hpp"
 #include "tests/support/temporary.hpp"

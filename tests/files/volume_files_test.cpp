@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/voxels/voxel_labels.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/files.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/voxels.hpp"
 #include "host/files/box_file.hpp"
 #include "host/files/files.hpp"
-#include "host/files/volume.hpp"
 #include "tests/files/volumes.hpp"
 #include "tests/files/vox.hpp"
 #include "tests/support/temporary.hpp"

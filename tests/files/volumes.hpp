@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "core/voxels/volume.hpp"
+#include "boxunion/volume.hpp"
 
 namespace boxunion {
 

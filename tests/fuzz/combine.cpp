@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "core/solid/mass.hpp"
+#include "core/solid/mass_sink.hpp"
 #include "tests/engine/expressions.hpp"
 #include "tests/engine/sweep.hpp"
 #include "tests/fuzz/fuzz.hpp"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "tests/engine/expressions.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "core/boxes/box.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/union.hpp"
 
 // Shared by the fuzz targets. A target accepts any bytes, and ends the process if a law is broken.
 

@@ -2,11 +2,10 @@
 
 #include <cstdint>
 
-#include "core/boundary/brep.hpp"
-#include "core/models/adjacency.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/voxels/voxel_labels.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/voxels.hpp"
+#include "core/boundary/faces.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/files/files.hpp"
 #include "tests/fuzz/fuzz.hpp"

@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/boundary/triangulation.hpp"
-#include "core/solid/mass.hpp"
+#include "boxunion/mesh.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/solid/mass_sink.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace boxunion::fuzz {

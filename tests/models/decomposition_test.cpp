@@ -1,7 +1,7 @@
 // Extreme vertices, disjoint boxes, their neighbors and components, compared with definitions on the grid
 // through all faces.
 
-#include "core/models/decomposition.hpp"
+#include "boxunion/decomposition.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -13,11 +13,10 @@
 #include <random>
 #include <set>
 
-#include "core/boxes/generate.hpp"
-#include "core/models/adjacency.hpp"
-#include "core/models/components.hpp"
-#include "core/models/evm.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
+#include "core/models/sections.hpp"
 #include "host/files/files.hpp"
 #include "tests/support/generators.hpp"
 #include "tests/support/reference.hpp"

@@ -14,15 +14,14 @@
 #include <thread>
 #include <vector>
 
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/disjoint_sets.hpp"
-#include "core/base/error.hpp"
-#include "core/models/adjacency.hpp"
 #include "core/models/box_sweep.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
 #include "core/models/face_join.hpp"
 #include "core/models/section_rectangles.hpp"
-#include "host/engine/engine.hpp"
 #include "host/files/files.hpp"
 #include "tests/command/command.hpp"
 #include "tests/support/families.hpp"

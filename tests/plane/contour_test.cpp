@@ -1,4 +1,4 @@
-#include "core/plane/contour.hpp"
+#include "boxunion/contour.hpp"
 
 #include <gmpxx.h>
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 #include <ostream>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/parallel.hpp"
-#include "host/engine/engine.hpp"
 #include "tests/plane/rectangles.hpp"
 #include "tests/support/generators.hpp"
 

@@ -1,8 +1,6 @@
 // Boost.Geometry includes a header that Boost itself marks as deprecated, with a message.
 #define BOOST_ALLOW_DEPRECATED_HEADERS
 
-#include "core/plane/polygons.hpp"
-
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -21,10 +19,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/contour.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/parallel.hpp"
+#include "core/boundary/faces.hpp"
 #include "core/boundary/planes.hpp"
-#include "host/engine/engine.hpp"
+#include "core/boundary/points.hpp"
 #include "tests/plane/rectangles.hpp"
 #include "tests/support/generators.hpp"
 

@@ -8,8 +8,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/boxes/box.hpp"
-#include "core/boxes/rectangle.hpp"
+#include "boxunion/box.hpp"
+#include "boxunion/rectangle.hpp"
 #include "tests/support/generators.hpp"
 
 namespace boxunion {

@@ -17,7 +17,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/voxels/generate_volume.hpp"
+#include "boxunion/generate.hpp"
 #include "host/files/files.hpp"
 #include "tests/soak/processes.hpp"
 #include "tests/soak/random.hpp"

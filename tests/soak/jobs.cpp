@@ -19,16 +19,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.hpp"
+#include "boxunion/components.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
 #include "core/base/parallel.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/models/adjacency.hpp"
-#include "core/models/components.hpp"
-#include "core/models/decomposition.hpp"
-#include "core/models/evm.hpp"
+#include "core/models/sections.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/boundary.hpp"
-#include "host/engine/engine.hpp"
 #include "host/engine/threads.hpp"
 #include "host/external/external_boundary.hpp"
 #include "host/external/external_decomposition.hpp"

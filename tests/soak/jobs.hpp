@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/connectivity.hpp"
-#include "core/boundary/triangulation.hpp"
-#include "core/models/decomposition.hpp"
-#include "host/engine/engine.hpp"
+#include "boxunion/decomposition.hpp"
+#include "boxunion/mesh.hpp"
+#include "boxunion/union.hpp"
+#include "boxunion/volume.hpp"
 
 namespace boxunion::soak {
 

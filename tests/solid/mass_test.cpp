@@ -1,5 +1,3 @@
-#include "core/solid/mass.hpp"
-
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <tbb/task_arena.h>
@@ -9,9 +7,10 @@
 #include <numeric>
 #include <random>
 
-#include "core/base/error.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/octants.hpp"
 #include "core/base/parallel.hpp"
-#include "core/solid/octants.hpp"
+#include "core/solid/mass_sink.hpp"
 #include "tests/support/generators.hpp"
 #include "tests/support/reference.hpp"
 

@@ -1,7 +1,8 @@
-#include "core/solid/octants.hpp"
+#include "boxunion/octants.hpp"
 
 #include <gtest/gtest.h>
 
+#include "core/boundary/points.hpp"
 #include "core/solid/fans.hpp"
 
 namespace boxunion {

@@ -1,11 +1,11 @@
-#include "core/solid/solid.hpp"
-
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <random>
+
+#include "core/solid/solid_sink.hpp"
 
 namespace boxunion {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "host/engine/engine.hpp"
+#include "boxunion/union.hpp"
 #include "tests/support/reference.hpp"
 
 namespace boxunion {

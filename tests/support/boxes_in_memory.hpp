@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 #include "host/files/box_file.hpp"
 
 namespace boxunion {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/boxes/generate.hpp"
+#include "boxunion/generate.hpp"
 
 namespace boxunion {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 // Families of boxes that look ordinary but are hard on some part of the work: many tiles, deep overlap, long
 // and thin boxes, many equal or many distinct coordinates. Tests, the soak and bench/families share them.

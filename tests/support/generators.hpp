@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/boxes/box.hpp"
+#include "boxunion/box.hpp"
 
 namespace boxunion {
 

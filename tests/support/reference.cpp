@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/solid/octants.hpp"
+#include "boxunion/octants.hpp"
 
 namespace boxunion {
 namespace {

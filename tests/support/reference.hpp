@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/base/memory.hpp"
-#include "core/boxes/axis.hpp"
-#include "core/solid/mass.hpp"
-#include "core/solid/vertex.hpp"
+#include "core/boxes/ordinals.hpp"
+#include "core/solid/mass_sink.hpp"
+#include "core/solid/vertex_sink.hpp"
 
 // References for the library: slow, simple, and independent of its formulas. Good for a few dozen distinct
 // coordinates on each axis.

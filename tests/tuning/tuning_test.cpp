@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/boxes/generate.hpp"
+#include "boxunion/generate.hpp"
 #include "host/engine/cell_stage.hpp"
 #include "host/engine/contour_stage.hpp"
 #include "tests/device/every_device.hpp"

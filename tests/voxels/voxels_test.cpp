@@ -1,3 +1,5 @@
+#include "boxunion/voxels.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,12 +8,11 @@
 #include <limits>
 #include <vector>
 
-#include "core/base/error.hpp"
-#include "core/voxels/generate_volume.hpp"
+#include "boxunion/error.hpp"
+#include "boxunion/generate.hpp"
+#include "boxunion/union.hpp"
 #include "core/voxels/voxel_boxes.hpp"
-#include "core/voxels/voxel_labels.hpp"
 #include "core/voxels/voxel_runs.hpp"
-#include "host/engine/engine.hpp"
 #include "tests/files/volumes.hpp"
 
 namespace boxunion {

@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "boxunion/union.hpp"
 #include "host/device/device.hpp"
-#include "host/engine/engine.hpp"
 
 namespace {
 

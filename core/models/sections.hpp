@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "boxunion/evm.hpp"
+
+namespace boxunion {
+
+/// A number that sorts as the point does.
+struct PointKey {
+  std::uint32_t operator()(const OrderedPoint<1>& p) const { return p[0]; }
+  std::uint64_t operator()(const OrderedPoint<2>& p) const { return std::uint64_t(p[0]) << 32 | p[1]; }
+  unsigned __int128 operator()(const OrderedPoint<3>& p) const {
+    return static_cast<unsigned __int128>(p[0]) << 64 | (std::uint64_t(p[1]) << 32 | p[2]);
+  }
+  std::uint64_t operator()(const OrderedPoint<1, std::uint64_t>& p) const { return p[0]; }
+  unsigned __int128 operator()(const OrderedPoint<2, std::uint64_t>& p) const {
+    return static_cast<unsigned __int128>(p[0]) << 64 | p[1];
+  }
+};
+
+/// Regularised symmetric difference of two solids: the extreme vertices that are in one of both.
+template <std::size_t D, class C>
+void exclusive_or(const std::vector<std::array<C, D>>& p, const std::vector<std::array<C, D>>& q,
+                  std::vector<std::array<C, D>>& result);
+
+/// Walks through the slices of a solid along its first axis. Section i, the (D-1)-dimensional cut through
+/// slice i, is the symmetric difference of section i - 1 and of the plane of vertices between them (section
+/// 2.1, equation 1).
+template <std::size_t D, class C = std::uint32_t>
+class SectionSweep {
+ public:
+  static constexpr C kEnd = std::numeric_limits<C>::max();  ///< above every coordinate
+
+  /// Before the first plane; `vertices` must stay.
+  explicit SectionSweep(std::span<const OrderedPoint<D, C>> vertices) : rest_(vertices) {}
+
+  /// Where the next plane of vertices is; kEnd behind the last.
+  C next() const { return rest_.empty() ? kEnd : rest_.front()[0]; }
+  /// Passes the next plane.
+  void advance();
+
+  /// The plane passed last, projected.
+  const ExtremeVertices<D - 1, C>& plane() const { return plane_; }
+  /// The section behind it.
+  const ExtremeVertices<D - 1, C>& section() const { return section_; }
+
+ private:
+  std::span<const OrderedPoint<D, C>> rest_;
+  ExtremeVertices<D - 1, C> plane_, section_, scratch_;
+};
+
+}  // namespace boxunion
