@@ -36,7 +36,7 @@ auto with_memory(const std::string& what, std::size_t bytes, F&& allocate) {
 /// Bytes of a huge page of the system.
 inline constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-/// An array for `what`; throws as with_memory does.
+/// An array for `what`. Throws as with_memory does.
 template <class T>
 Array<T> make_array(std::size_t size, const std::string& what) {
   return with_memory(what, size * sizeof(T), [&] { return Array<T>(size); });

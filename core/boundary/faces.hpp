@@ -15,12 +15,12 @@
 
 namespace boxunion {
 
-/// The faces of a solid. Near-linear in its vertices, parallel over planes. Throws Error(resources) where an
-/// offset would not fit 32 bits, or memory does not suffice.
+/// The faces of a solid. Near-linear in its vertices, parallel over planes. Throws Error(resources) if an
+/// offset does not fit 32 bits or memory does not suffice.
 Faces find_faces(const Planes& planes, const Points& points);
 
-/// The edges of a solid; a non-manifold edge comes once if contacts are kept, for each filled sector if
-/// split.
+/// The edges of a solid. A non-manifold edge comes once if contacts are kept, and once for each filled sector
+/// if they are split.
 Array<Edge> find_edges(const Planes& planes, const Points& points);
 
 }  // namespace boxunion

@@ -11,8 +11,8 @@
 
 namespace boxunion {
 
-/// The shells of the faces that find_faces found. Near-linear; where there are both several bodies and
-/// cavities, the walls towards -x take O(sqrt(cavities)) each besides.
+/// The shells of the faces that find_faces found. Near-linear. If there are both several bodies and cavities,
+/// each wall towards -x takes O(sqrt(cavities)) more.
 Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces, NonManifold contacts);
 
 }  // namespace boxunion

@@ -11,15 +11,14 @@
 
 namespace boxunion {
 
-/// What a device has summed over one region of the lattice, in integers: lengths in ordinals, coordinates
-/// counted from an origin of its choice (see MassSink). The region's own integrals decide, however they were
-/// found:
-///   volume, and first[a] = 2 * integral of x_a, second = 3 * integrals of (xx, yy, zz) and
-///   4 * integrals of (xy, yz, zx), over the part of the union inside the region;
+/// Sums over a region of a lattice, in integers. Lengths are in ordinals. Coordinates count from an origin
+/// that the caller chooses (see MassSink). The sums are integrals over the region, however they were found:
+///   volume, and first[a] = 2 * integral of x_a, second = 3 * integrals of (xx, yy, zz) and 4 * integrals of
+///   (xy, yz, zx), over the part of the union inside the region;
 ///   area[a] of the faces normal to axis a and length[a] of the edges along axis a, as far as the region owns
-///   them (every part of the boundary belongs to one region, by whatever rule).
-/// All is modulo 2^64. That is exact in a region of at most kMostEdge steps an axis from the origin: second
-/// moments pass 2^63 there, but about its centre they do not.
+///   them (every part of the boundary belongs to one region, by any rule).
+/// All sums are modulo 2^64. This is exact in a region of at most kMostEdge steps from the origin on each
+/// axis: second moments exceed 2^63 there, but not about the centre of the region.
 struct LatticeSums {
   std::uint64_t vertices = 0, extreme = 0;
   std::int64_t volume = 0;
@@ -30,23 +29,23 @@ struct LatticeSums {
   static constexpr std::uint32_t kMostEdge = 1u << 13;
 
   friend bool operator==(const LatticeSums&, const LatticeSums&) = default;
-  /// Adds modulo 2^64, so that parts may wrap where the whole fits.
+  /// Adds modulo 2^64, so parts may wrap if the whole fits.
   LatticeSums& operator+=(const LatticeSums& other);
-  /// Adds the box [lo, hi], which the region holds and no other box touches; it owns `ends[a]` (0 to 2) of
-  /// the box's two faces normal to axis a. With no ends: a part of the inside of the union. All that `times`.
+  /// Adds the box [lo, hi], `times` times. It lies in the region and no other box touches it. The region owns
+  /// `ends[a]` (0 to 2) of the two faces of the box normal to axis a. If it owns none, the box is a part of
+  /// the inside of the union.
   void add_box(const std::array<std::uint32_t, 3>& lo, const std::array<std::uint32_t, 3>& hi,
                const std::array<std::uint32_t, 3>& ends, std::int64_t times = 1);
 };
 
-/// The exact sums of a union, or of the part of it that a region owns: those of disjoint regions add up to
-/// the whole. Integrals over regions (LatticeSums) may come on different axes. Sums over a part of the
-/// vertices are no integrals yet and depend on where coordinates count from: on lattices those must share one
-/// MassSink.
+/// The exact sums of a union, or of the part of it that a region owns. The sums of disjoint regions add up to
+/// the whole. Integrals over regions (LatticeSums) may be on different axes. Sums over a part of the vertices
+/// are not integrals and depend on the origin of the coordinates. On lattices, they must share one MassSink.
 class MassTotals {
  public:
   struct Sums;  // mass_totals.hpp
 
-  /// Of nothing.
+  /// The sums of the empty set.
   MassTotals();
   explicit MassTotals(std::unique_ptr<Sums> sums);
   MassTotals(MassTotals&&) noexcept;
@@ -61,21 +60,21 @@ class MassTotals {
   std::unique_ptr<Sums> sums_;
 };
 
-/// Turns vertices into mass properties as they come; holds no vertex.
+/// Adds up mass properties of vertices as they come, without storing them.
 ///
-/// The sums (Franklin, UNION3, section 4; weights in octants.hpp) are exact: integers on a lattice,
-/// on ranks, products of whole significands in a sum for each exponent (exact.hpp).
+/// The sums (Franklin, UNION3, section 4; weights in octants.hpp) are exact. On a lattice they are integers.
+/// On ranks they are products of whole significands, with a sum for each exponent (exact.hpp).
 class MassSink : public VertexSink {
  public:
-  /// `axes` are those of the vertices to come; the sink keeps its own copy.
+  /// `axes` are the axes of the vertices. The sink keeps its own copy.
   explicit MassSink(Axes axes);
   ~MassSink() override;
   void add(std::span<const Vertex> vertices) override;
 
-  /// Adds what a device has summed over a region whose coordinates count from the ordinals `origin`. The
-  /// regions must not overlap, and all axes must be lattices (else Error(usage)). Thread-safe.
+  /// Adds the sums of a region whose coordinates count from the ordinals `origin`. The regions must not
+  /// overlap, and all axes must be lattices (otherwise Error(usage)). Thread-safe.
   void add(const LatticeSums& sums, const std::array<std::uint32_t, 3>& origin);
-  /// Extends the bounds by ordinals that occur in the union; only needed beside LatticeSums. Thread-safe.
+  /// Extends the bounds by ordinals that occur in the union. Needed only with LatticeSums. Thread-safe.
   void extend_bounds(const OrdinalBox& box);
 
   /// The sums of everything added so far. Not while another thread adds.
@@ -115,7 +114,7 @@ inline LatticeSums& LatticeSums::operator+=(const LatticeSums& other) {
 inline void LatticeSums::add_box(const std::array<std::uint32_t, 3>& lo,
                                  const std::array<std::uint32_t, 3>& hi,
                                  const std::array<std::uint32_t, 3>& ends, std::int64_t times) {
-  // modulo 2^64 on the way: only the sum is known to fit
+  // modulo 2^64, because only the final sum is known to fit
   const auto add = []<class T>(T& to, std::uint64_t term) { detail::add_wrapping(to, static_cast<T>(term)); };
   const auto factor = static_cast<std::uint64_t>(times);
   std::uint64_t edge[3], sum[3], square[3];  // (hi^2 - lo^2) / edge and (hi^3 - lo^3) / edge

@@ -12,12 +12,12 @@
 
 namespace boxunion {
 
-/// Vertices as numbers that sort as they do, where the ordinals of the axes have few enough bits.
+/// Vertices as numbers that sort like them, if the ordinals of the axes have few enough bits.
 class VertexCode {
  public:
   explicit VertexCode(const Axes& axes);
 
-  /// False if there are no codes; the others are for vertices with ordinals of the axes alone.
+  /// False if there are no codes. The other functions are only for vertices with ordinals of the axes.
   bool fits() const { return fits_; }
   std::uint64_t encode(const Vertex& v) const {
     return std::uint64_t{v.z} << z_ | std::uint64_t{v.y} << y_ | std::uint64_t{v.x} << kMaskBits | v.mask;
@@ -31,24 +31,24 @@ class VertexCode {
 
  private:
   static constexpr int kMaskBits = 8;
-  int y_, z_;  // where ordinals begin
+  int y_, z_;  // first bits of the ordinals
   bool fits_;
 };
 
 /// Collects the vertices of a union and sorts them.
 class SolidSink : public VertexSink {
  public:
-  /// The vertices' ordinals are those of `axes`.
+  /// The ordinals of the vertices are on `axes`.
   explicit SolidSink(Axes axes) : axes_(std::move(axes)), code_(axes_) {}
 
   void add(std::span<const Vertex> vertices) override;
-  /// The solid of everything added, sorted in parallel; leaves the sink empty and without axes. Holds 24
-  /// bytes a vertex at its peak, the result included, and 8 more that the allocator may keep of what is
-  /// freed; 32 where vertices have no codes. Not while another thread adds.
+  /// The solid of everything added, sorted in parallel. Leaves the sink empty and without axes. Holds 24
+  /// bytes a vertex at its peak, including the result, and the allocator may keep 8 more of freed memory.
+  /// Without codes it holds 32. Not while another thread adds.
   Solid take();
 
  private:
-  struct Part {  // one is empty
+  struct Part {  // one of these is empty
     BlockList<std::uint64_t> codes;
     BlockList<Vertex> vertices;
   };

@@ -11,12 +11,12 @@
 
 namespace boxunion {
 
-/// Sums up boxes that come part by part.
+/// Adds up the sums of boxes, part by part.
 class BoxSummer {
  public:
   BoxSummer();
   ~BoxSummer();
-  /// Adds valid boxes. Parallel, a few nanoseconds a box; thread-safe.
+  /// Adds valid boxes. Parallel and thread-safe; a few nanoseconds per box.
   void add(const BoxSet& boxes);
   /// Not while another thread adds.
   BoxSums sums() const;
@@ -26,17 +26,17 @@ class BoxSummer {
   std::unique_ptr<PerThread<Share>> shares_;
 };
 
-/// Sums up the boxes, which must be valid. Parallel.
+/// The sums of valid boxes. Parallel.
 BoxSums sum_boxes(const BoxSet& boxes);
 
 /// Counts vertices by octant mask on their way to another sink.
 class MaskCounter : public VertexSink {
  public:
-  /// `next` takes all vertices too and must outlive the counter.
+  /// Passes all vertices on to `next`, which must outlive the counter.
   explicit MaskCounter(VertexSink& next) : next_(next) {}
   void add(std::span<const Vertex> vertices) override;
 
-  /// Vertices of each octant mask. Not while another thread adds.
+  /// The number of vertices of each octant mask. Not while another thread adds.
   std::array<std::uint64_t, 256> counts() const;
 
  private:
@@ -44,7 +44,7 @@ class MaskCounter : public VertexSink {
   PerThread<std::array<std::uint64_t, 256>> counts_{std::array<std::uint64_t, 256>{}};
 };
 
-/// Sorts vertices, counted by octant mask, into their kinds.
+/// Divides vertices, counted by octant mask, into their kinds.
 VertexKinds vertex_kinds(const std::array<std::uint64_t, 256>& counts);
 
 }  // namespace boxunion

@@ -8,7 +8,7 @@
 
 namespace boxunion {
 
-/// Takes the vertices of a union, batch by batch in any order, each vertex once.
+/// Receives the vertices of a union, batch by batch in any order, each vertex once.
 class VertexSink {
  public:
   virtual ~VertexSink() = default;

@@ -34,7 +34,7 @@ void check_allocation(const DeviceInfo& info, std::size_t bytes) {
 std::uint32_t most_work_items(const DeviceInfo& info, Shape shape) {
   // kernels reduce over at most so many lanes (SHARED_REDUCTION in the dialect)
   if (shape == Shape::group) return std::min(GROUP_LANES, info.max_workgroup);
-  // a CPU runs the work-items of a group on one thread, whose stack holds the private memory of all of them
+  // a CPU runs the work-items of a group on one thread, whose stack holds the private memory of all
   return info.is_cpu ? std::min(64u, info.max_workgroup) : info.max_workgroup;
 }
 
@@ -51,7 +51,7 @@ void check_dispatch(const KernelSource& source, std::size_t buffers, std::size_t
     throw Error(ErrorKind::device,
                 fmt::format("kernel {} takes {} buffers and {} bytes of parameters, not {} and {}",
                             source.name, source.buffers, source.parameter_bytes, buffers, parameter_bytes));
-  // the last workgroup may reach past the units, and its index must not wrap
+  // the last workgroup may reach beyond the units, and its index must not wrap
   if (units > 0x7fffffffu)
     throw Error(ErrorKind::resources, fmt::format("kernel {}: {} units in one dispatch", source.name, units));
 }
@@ -91,8 +91,7 @@ class DriverDevice final : public ForwardingDevice {
   DriverProcess process_;
 };
 
-/// False only where there certainly is no GPU. Drivers of CPU devices take 0.1 s to wake, so it is worth
-/// asking.
+/// False only if there certainly is no GPU. Drivers of CPU devices take 0.1 s to start, so the test pays off.
 bool may_have_gpu() {
 #ifdef __linux__
   for (const char* node : {"/dev/dri", "/dev/nvidiactl", "/dev/kfd", "/dev/dxg", "/dev/mali0"})
@@ -129,7 +128,7 @@ std::optional<Place> first_gpu() {
   return std::nullopt;
 }
 
-/// Wakes no driver without need.
+/// Finds the device that an id means. Starts no driver without need.
 Place resolve(const std::string& id) {
   const Backend& native = backends().front();
   if (id == native.kind) return {&native, 0};

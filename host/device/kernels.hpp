@@ -2,7 +2,7 @@
 
 #include "host/device/device.hpp"
 
-/// The kernels of kernels/*.k, embedded at build time. One declaration here for each kernel listed in
+/// The kernels of kernels/*.k, embedded at build time. There is one declaration for each kernel in
 /// cmake/Kernels.cmake, which generates the definitions.
 namespace boxunion::kernels {
 
@@ -12,6 +12,6 @@ const KernelSource& cell_occupancy();       ///< vertices
 const KernelSource& cell_occupancy_sums();  ///< integer sums
 const KernelSource& cell_boolean();         ///< vertices; cells may have programs
 const KernelSource& cell_boolean_sums();    ///< integer sums; cells may have programs
-const KernelSource& copy();                 ///< an array: what a device's memory gives
+const KernelSource& copy();                 ///< copies an array: the bandwidth of a device's memory
 
 }  // namespace boxunion::kernels

@@ -15,10 +15,10 @@ namespace boxunion {
 
 namespace {
 
-/// Units that a thread takes at a time: some microseconds of work, so that threads neither quarrel nor idle.
+/// Units that a thread takes at a time: some microseconds of work, so that threads neither contend nor idle.
 constexpr std::size_t grain = 16;
 
-/// Read once: the system takes longer to write it than we for a few boxes.
+/// Read only once, because the system takes longer to provide it than a union of a few boxes takes.
 const std::string& cpu_name() {
   static const std::string name = [] {
     std::ifstream cpuinfo("/proc/cpuinfo");
@@ -41,7 +41,7 @@ DeviceInfo describe() {
   return info;
 }
 
-/// CPU seconds of this thread.
+/// The CPU seconds of this thread.
 double thread_seconds() {
   timespec time;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -65,7 +65,7 @@ struct NativeKernel final : Kernel {
   const KernelSource& source;
 };
 
-/// The host's threads on the host's memory: nothing is copied and every call returns when its work is done.
+/// The threads of the host on its memory. Nothing is copied, and every call returns when its work is done.
 class NativeDevice final : public Device {
  public:
   const DeviceInfo& info() const override { return info_; }

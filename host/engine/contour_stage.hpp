@@ -16,8 +16,8 @@ class ContourStage {
  public:
   ContourStage(Device& device, const Tuning& tuning);
 
-  /// Replaces `vertices` by the contour vertices of all tiles: tile i has [offsets[i], offsets[i + 1]), in no
-  /// particular order. As many dispatches as the device's limits ask for.
+  /// Replaces `vertices` by the contour vertices of all tiles. Tile i has [offsets[i], offsets[i + 1]), in no
+  /// particular order. Makes as many dispatches as the limits of the device require.
   void run(const Tiles& tiles, std::vector<ContourVertex>& vertices, std::vector<std::size_t>& offsets);
 
  private:

@@ -9,12 +9,12 @@
 
 namespace boxunion {
 
-/// Distinct coordinates an axis of a tile that the kernel `contour` holds.
+/// Maximum distinct coordinates of a tile on an axis for the kernel `contour`.
 inline constexpr std::uint32_t kMostTileCoordinates = CONTOUR_RANKS;
 
-/// The union by slices (López Monterde et al.): the contour of every slab between neighboring z by the
-/// kernel `contour`, then an xor merge of neighboring slabs. Gives the vertices to `sink` in batches; memory
-/// stays bounded by the boxes and one batch of slabs. Fills report.kernel, device and stage times.
+/// The union by slices (López Monterde et al.). The kernel `contour` finds the contour of every slab between
+/// neighboring z, and an xor merge joins neighboring slabs. Passes the vertices to `sink` in batches. Memory
+/// is bounded by the boxes and one batch of slabs. Fills report.kernel, device and stage times.
 void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, VertexSink& sink, Report& report);
 
 }  // namespace boxunion

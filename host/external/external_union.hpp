@@ -18,14 +18,14 @@
 
 namespace boxunion {
 
-/// A vertex outside of memory. Its coordinates C are ordinals where all axes of the union are lattices, else
+/// A vertex on disk. Its coordinates C are ordinals if all axes of the union are lattices, otherwise
 /// ordered_bits, which need no axes.
 template <class C>
 struct ExternalVertex {
   std::array<C, 3> at;  ///< x, y, z
-  C mask;               ///< octant mask; as wide as they are, so that no bytes between are left unset
+  C mask;               ///< octant mask; as wide as the coordinates, so that there is no padding
 
-  /// By z, then y, then x, as vertices sort.
+  /// By z, then y, then x, like vertices.
   friend bool operator<(const ExternalVertex& a, const ExternalVertex& b) {
     if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];
     if (a.at[1] != b.at[1]) return a.at[1] < b.at[1];
@@ -33,7 +33,7 @@ struct ExternalVertex {
   }
 };
 
-/// The number that such a coordinate on an axis stands for.
+/// The number of such a coordinate on an axis.
 inline double external_coordinate(const Axis& axis, std::uint32_t ordinal) {
   return axis.coordinate(ordinal);
 }
@@ -43,10 +43,10 @@ inline double external_coordinate(const Axis&, std::uint64_t bits) {
 
 /// The union of more boxes than memory holds, by distribution sweeping.
 ///
-/// One pass over the boxes finds axes and where to cut, one more puts them into slabs on disk, as many as to
-/// make each fit; a slab that is still too large is cut again, along any axis. Then each slab goes through
-/// the engine, which keeps what the slab owns, the points lo <= p < hi. All devices and methods, the result
-/// the same to the last bit as in memory.
+/// One pass over the boxes finds the axes and where to cut. A second pass puts the boxes into slabs on disk,
+/// so many that each fits. A slab that is still too large is cut again, along any axis. Then each slab goes
+/// through the engine, which keeps what the slab owns, the points lo <= p < hi. This works with all devices
+/// and methods, and the result is the same to the last bit as in memory.
 class ExternalUnion {
  public:
   /// Reads the boxes once. All arguments must outlive the union. Throws Error(input) for the first invalid
@@ -57,9 +57,10 @@ class ExternalUnion {
   ExternalUnion& operator=(const ExternalUnion&) = delete;
 
   std::uint64_t degenerate_boxes() const;
-  /// Those of the union where all are lattices. Else the others have no ordinals: count() is 0.
+  /// The axes of the union, if all are lattices. Otherwise, axes that are no lattices have no ordinals:
+  /// count() is 0.
   const Axes& axes() const;
-  /// Calls f(C{}) with the type of ExternalVertex's coordinates; f is a template.
+  /// Calls f(C{}) with the type C of ExternalVertex's coordinates. f is a template.
   template <class F>
   void with_coordinates(F&& f) const {
     if (is_lattice())
@@ -67,36 +68,38 @@ class ExternalUnion {
     else
       f(std::uint64_t{});
   }
-  /// Slabs that went through the engine so far.
+  /// The number of slabs that went through the engine so far.
   std::uint64_t slabs() const;
 
-  /// Throws Error(resources) where boxes lie too deep over each other for slabs that fit, or the disk is
-  /// full; Error(interrupted); and as boxunion::measure does. Report::statistics, if asked for, are those
-  /// from memory, Report::cells those of all slabs.
+  /// The mass properties. Throws Error(resources) if boxes overlap too deeply for slabs that fit, or the disk
+  /// is full; Error(interrupted); and as boxunion::measure does. Report::statistics, if requested, are those
+  /// from memory. Report::cells are those of all slabs.
   MassProperties measure();
 
-  /// What is left of the budget for boxes, vertices and whatever is made of them.
+  /// The part of the budget that is left for boxes, vertices and models of them.
   std::uint64_t bytes() const;
-  /// The budget that a run would need to leave so much.
+  /// The budget of a run that would leave so much.
   std::uint64_t budget_for(std::uint64_t bytes) const;
   /// A new file in the folder of the budget.
   ScratchFile scratch_file() const;
 
-  /// Says how many passes over what it finds follow the union: all share in the options' progress alike.
+  /// Sets the number of passes over the results that follow the union. Each pass has the same share of the
+  /// progress.
   void expect_passes(unsigned passes);
-  /// The next pass, over so many vertices or whatever it counts; and how many more of them are done.
+  /// begin_pass() begins the next pass, over `count` vertices or other elements. advance() adds to the number
+  /// of those done.
   void begin_pass(std::uint64_t count);
   void advance(std::uint64_t count);
 
-  /// Finds the vertices and gives them to take(), batch by batch in any order, from several threads at once;
-  /// takes about so many bytes of memory. C is that of with_coordinates. Throws as measure does.
+  /// Finds the vertices and passes them to take(), batch by batch in any order, from several threads at once.
+  /// Takes about `bytes` of memory. C must be that of with_coordinates. Throws as measure does.
   template <class C>
   void unite(std::uint64_t bytes, const std::function<void(std::span<const ExternalVertex<C>>)>& take);
 
-  /// Takes vertices in order, block by block.
+  /// Receives vertices in order, block by block.
   using VertexBlocks = std::function<void(std::span<const PlacedVertex>)>;
-  /// Finds the vertices. When their number is known it calls begin(number), which gives what takes them,
-  /// sorted by z, then y, then x. Throws as measure does.
+  /// Finds the vertices. When their number is known, calls begin(number). Passes the vertices, sorted by z,
+  /// then y, then x, to the function that begin returns. Throws as measure does.
   void vertices(const std::function<VertexBlocks(std::uint64_t)>& begin);
 
  private:

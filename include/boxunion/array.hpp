@@ -10,15 +10,14 @@
 namespace boxunion {
 
 namespace detail {
-/// Memory for large arrays and back; see ArrayAllocator. Throws std::bad_alloc.
+/// Allocates and frees memory of large arrays; see ArrayAllocator. Throws std::bad_alloc.
 BOXUNION_API void* allocate_array(std::size_t bytes);
 BOXUNION_API void deallocate_array(void* memory, std::size_t bytes);
 }  // namespace detail
 
-/// An allocator for arrays of numbers. New elements keep whatever their memory holds. Memory in small pages
-/// takes longer to get from the system than to fill, so arrays of middle size come from oneTBB's allocator,
-/// which keeps what was freed, and those from half a huge page on are whole huge pages, where the system has
-/// them.
+/// An allocator for arrays of numbers. It does not initialize new elements. Getting small pages from the
+/// system takes longer than filling them. So arrays of medium size come from oneTBB's allocator, which keeps
+/// freed memory. Arrays from half a huge page on consist of whole huge pages, if the system has them.
 template <class T>
 class ArrayAllocator {
  public:
@@ -45,8 +44,7 @@ class ArrayAllocator {
   friend bool operator==(const ArrayAllocator&, const ArrayAllocator&) { return true; }
 };
 
-/// A vector of numbers that several threads fill: growing it does not fill it with zeros first, on one
-/// thread.
+/// A vector of numbers that several threads fill. Growing it does not first fill it with zeros on one thread.
 template <class T>
 using Array = std::vector<T, ArrayAllocator<T>>;
 

@@ -14,16 +14,17 @@ namespace boxunion {
 class LatticeOrdinals {
  public:
   LatticeOrdinals() = default;
-  /// Of the lattice (base + ordinal) * 2^exponent.
+  /// For the lattice (base + ordinal) * 2^exponent.
   LatticeOrdinals(std::int64_t base, int exponent)
       : scale_before_(std::ldexp(1.0, -(exponent / 2))),
         scale_after_(std::ldexp(1.0, -(exponent - exponent / 2))),
         first_(std::ldexp(double(base + 1), exponent - exponent / 2)) {}
 
-  // A scaled coordinate minus the scaled first one is the ordinal - 1; the addition leaves it in the low bits
-  // of the significand, whence it comes without a conversion (so that loops vectorise). Every step is exact:
-  // 2^exponent divides both coordinates and fewer than 2^32 steps lie between them. The scale goes half
-  // before and half after the subtraction because 2^-exponent may overflow (and so may the plain difference).
+  // The scaled coordinate minus the scaled first one is the ordinal - 1. The addition moves it into the low
+  // bits of the significand, where it can be read without a conversion, so that loops vectorize. Every step
+  // is exact: 2^exponent divides both coordinates, and fewer than 2^32 steps lie between them. Half of the
+  // scale is applied before the subtraction and half after it, because 2^-exponent may overflow, and so may
+  // the plain difference.
   std::uint32_t operator()(double coordinate) const {
     const double steps = (coordinate * scale_before_ - first_) * scale_after_;
     return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(steps + (0x1p52 + 1)));
@@ -33,11 +34,12 @@ class LatticeOrdinals {
   double scale_before_ = 1, scale_after_ = 1, first_ = 0;
 };
 
-/// Ordinals of one axis: an exact, order-preserving map between the coordinates that occur in a set of boxes
-/// and the integers 1 .. 2^32 - 2 ("only comparison and assignment", López Monterde et al., section 1). All
-/// topology works on ordinals; kOrdinalMin and kOrdinalMax lie below and above every one of them.
+/// The ordinals of an axis: an exact, order-preserving map between the coordinates that occur in a set of
+/// boxes and the integers 1 .. 2^32 - 2 ("only comparison and assignment", López Monterde et al., section 1).
+/// All topology works on ordinals. kOrdinalMin and kOrdinalMax lie below and above all of them.
 ///
-/// - lattice: every coordinate is (base + ordinal) * 2^exponent for one exponent; found in one pass, no sort.
+/// - lattice: every coordinate is (base + ordinal) * 2^exponent for one exponent; found in one pass, without
+/// a sort.
 /// - rank: the ordinal is one plus the position among the sorted distinct coordinates.
 class BOXUNION_API Axis {
  public:
@@ -45,22 +47,23 @@ class BOXUNION_API Axis {
 
   /// An axis without coordinates.
   Axis() = default;
-  /// A lattice of `count` ordinals from 1 on; ordinal 1 must be a coordinate that a double can hold.
+  /// A lattice of `count` ordinals from 1 on. A double must be able to hold the coordinate of ordinal 1.
   static Axis lattice(std::int64_t base, int exponent, std::uint32_t count);
-  /// Ranks of sorted distinct finite coordinates. Throws Error(resources) if there are more than 2^32 - 2.
+  /// The ranks of sorted distinct finite coordinates. Throws Error(resources) if there are more than 2^32 -
+  /// 2.
   static Axis rank(std::vector<double> coordinates);
 
   bool is_lattice() const { return ranks_.empty(); }
-  /// Ordinals that may occur are 1 .. count().
+  /// The possible ordinals are 1 .. count().
   std::uint32_t count() const { return count_; }
   std::int64_t base() const { return base_; }
   int exponent() const { return exponent_; }
 
-  /// The coordinate of an ordinal that occurs in the boxes; exact.
+  /// The exact coordinate of an ordinal that occurs in the boxes.
   double coordinate(std::uint32_t ordinal) const {
     return is_lattice() ? lattice_coordinate(ordinal) : ranks_[ordinal - 1];
   }
-  /// Of a lattice, the ordinals of its coordinates.
+  /// The ordinals of a lattice as a function of its coordinates.
   const LatticeOrdinals& lattice_ordinals() const { return lattice_ordinals_; }
   /// The ordinal of a coordinate that occurs in the boxes.
   std::uint32_t ordinal(double coordinate) const {
@@ -82,7 +85,7 @@ class BOXUNION_API Axis {
   std::vector<double> ranks_;
 };
 
-/// An axis as a function: what Axis::coordinate gives, without a call to the mathematical library.
+/// An axis as a function: the same as Axis::coordinate, without a call of the mathematical library.
 class Coordinates {
  public:
   explicit Coordinates(const Axis& axis) : axis_(&axis), step_(std::ldexp(1.0, axis.exponent())) {}
@@ -95,16 +98,16 @@ class Coordinates {
   double step_;
 };
 
-/// The three axes of a set of boxes, each a lattice where the coordinates allow it.
+/// The three axes of a set of boxes. Each is a lattice if the coordinates allow it.
 using Axes = std::array<Axis, 3>;
-/// The two of rectangles.
+/// The two axes of a set of rectangles.
 using PlaneAxes = std::array<Axis, 2>;
 
 /// A box in ordinals.
 struct OrdinalBox {
   std::array<std::uint32_t, 3> lo, hi;
 
-  /// As a region, does it own a point: lo <= p < hi?
+  /// True if this box, as a region, owns a point: lo <= p < hi.
   bool owns(const std::array<std::uint32_t, 3>& p) const {
     return lo[0] <= p[0] && p[0] < hi[0] && lo[1] <= p[1] && p[1] < hi[1] && lo[2] <= p[2] && p[2] < hi[2];
   }

@@ -12,16 +12,17 @@
 
 namespace boxunion {
 
-/// Corner coordinates of an axis-aligned box: xmin, ymin, zmin, xmax, ymax, zmax, in the caller's unit.
+/// The corner coordinates of an axis-aligned box: xmin, ymin, zmin, xmax, ymax, zmax, in the unit of the
+/// caller.
 template <class T>
 using BoxOf = std::array<T, 6>;
 using Box = BoxOf<double>;
 using IntegerBox = BoxOf<std::int32_t>;
 
-/// Any number of boxes, kept in the type they came in: doubles, or 32-bit integers at half the memory.
+/// Any number of boxes in their original type: doubles, or 32-bit integers at half the memory.
 ///
 /// A box is valid if all six numbers are finite and min <= max on every axis. A box with min == max on some
-/// axis is degenerate: it is valid, counted, and adds nothing to the (regularised) union.
+/// axis is degenerate: it is valid, is counted, and adds nothing to the (regularised) union.
 class BOXUNION_API BoxSet {
  public:
   BoxSet() = default;
@@ -44,7 +45,7 @@ class BOXUNION_API BoxSet {
   std::variant<std::vector<Box>, std::vector<IntegerBox>> boxes_;
 };
 
-/// Are all six numbers finite, and min <= max on every axis?
+/// True if all six numbers are finite, and min <= max on every axis.
 BOXUNION_API bool is_valid(const Box& box);
 
 /// Index of the first invalid box, or boxes.size() if all are valid. Parallel.
@@ -53,7 +54,7 @@ BOXUNION_API std::size_t find_invalid(const BoxSet& boxes);
 /// Throws Error(input) that names the first invalid box ("box 17: ..."), counted from 1.
 BOXUNION_API void validate(const BoxSet& boxes);
 
-/// Throws Error(input) if `box` is invalid; `name` (for example "row 17") opens the message.
+/// Throws Error(input) if `box` is invalid. The message begins with `name`, for example "row 17".
 BOXUNION_API void validate(const Box& box, const std::string& name);
 
 /// Number of boxes with min == max on some axis.

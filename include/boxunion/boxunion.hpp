@@ -1,7 +1,7 @@
 #pragma once
 
-/// Everything that boxunion offers to programs: boxes from memory, files, volumes or generators, boolean
-/// expressions over them, mass properties, boundary and disjoint boxes on any device, components, and files.
+/// All public headers: boxes from memory, files, volumes or generators, boolean expressions over them, mass
+/// properties, boundaries and disjoint boxes on any device, components, and files.
 
 #include "boxunion/array.hpp"
 #include "boxunion/axis.hpp"

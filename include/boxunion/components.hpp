@@ -15,8 +15,8 @@
 
 namespace boxunion {
 
-/// For each box a list of others, in flat arrays: box i has boxes[offsets[i]] .. boxes[offsets[i + 1] - 1],
-/// ascending.
+/// A list of other boxes for each box, in flat arrays: box i has boxes[offsets[i]] .. boxes[offsets[i + 1] -
+/// 1], ascending.
 struct NeighborLists {
   Array<std::uint64_t> offsets;
   Array<std::uint32_t> boxes;
@@ -26,15 +26,15 @@ struct NeighborLists {
   }
 };
 
-/// The neighbours of the boxes of a decomposition (Cruz-Matías and Ayala, section 3): across their ends on A
-/// and on B. None of its boxes touch along C alone. Two boxes are neighbours on one axis at most: those that
-/// meet at an edge or a corner, at the end of both A and B, are so on A.
+/// The neighbors of the boxes of a decomposition (Cruz-Matías and Ayala, section 3), across their ends on A
+/// and on B. No two boxes touch along C alone. Two boxes are neighbors on one axis at most: boxes that meet
+/// at an edge or a corner, at the end of both A and B, are neighbors on A.
 struct Adjacency {
   std::array<NeighborLists, 2> backward, forward;  ///< on A and on B
 
-  /// Pairs of neighbours.
+  /// The number of pairs of neighbors.
   std::uint64_t pairs() const { return forward[0].boxes.size() + forward[1].boxes.size(); }
-  /// The memory of the lists, and of those of so many boxes and pairs.
+  /// The memory of the lists, and of lists for so many boxes and pairs.
   std::uint64_t bytes() const {
     return bytes_of(std::max<std::size_t>(forward[0].offsets.size(), 1) - 1, pairs());
   }
@@ -43,21 +43,21 @@ struct Adjacency {
   }
 };
 
-/// Finds all neighbours in about n log n time for n boxes and pairs. Parallel. Throws Error(resources) if
+/// Finds all neighbors in about O(n log n) time for n boxes and pairs. Parallel. Throws Error(resources) if
 /// memory does not suffice.
 BOXUNION_API Adjacency find_neighbors(const Decomposition& decomposition, Connectivity connectivity);
 
-/// Labels of boxes: those of one connected component have the same one.
+/// Labels of boxes. The boxes of a connected component have the same label.
 struct Labels {
   std::vector<std::uint32_t> labels;  ///< by box: 1 .. count, in the order of the components' first boxes
   std::uint32_t count = 0;
 };
 
-/// Labels boxes by union-find over their neighbour lists (instead of the two passes with a map of
-/// equivalences of Cruz-Matías and Ayala, section 3.5). Parallel; the same labels on any number of threads.
+/// Labels boxes by union-find over their neighbor lists (instead of the two passes with a map of equivalences
+/// of Cruz-Matías and Ayala, section 3.5). Parallel. The labels do not depend on the number of threads.
 BOXUNION_API Labels label_components(const Adjacency& adjacency);
-/// The same without the lists, of which n boxes may have n^2: over as many pairs of neighbours as connect
-/// them all, in about n log n time. Throws Error(resources) if memory does not suffice.
+/// The same without the lists, which may have n^2 entries for n boxes. Joins only as many pairs of neighbors
+/// as are needed, in about O(n log n) time. Throws Error(resources) if memory does not suffice.
 BOXUNION_API Labels label_components(const Decomposition& decomposition, Connectivity connectivity);
 
 /// A connected component of a union of disjoint boxes.
@@ -67,12 +67,13 @@ struct Component {
   std::array<std::array<double, 3>, 2> bounds{};  ///< x, y, z
 };
 
-/// The components of labelled boxes, in the order of the labels. Parallel. Throws Error(usage) unless there
-/// is a label from 1 to the count for each box.
+/// The components of labelled boxes, in the order of the labels. Parallel. Throws Error(usage) unless each
+/// box has a label from 1 to the count.
 BOXUNION_API std::vector<Component> measure_components(const Decomposition& decomposition,
                                                        const Labels& labels);
 
-/// The same of components of voxels, each a box; the volume is that of so many voxels, rounded once.
+/// The same for components of voxels. Their boxes are voxels, and the volume is that of the voxels, rounded
+/// once.
 BOXUNION_API std::vector<Component> measure_components(const VoxelGrid& grid,
                                                        std::span<const VoxelComponent> components);
 

@@ -7,16 +7,16 @@
 
 namespace boxunion {
 
-/// What went wrong; the command line exits with the enumerator's value.
+/// The kind of an error. The command line exits with its value.
 enum class ErrorKind {
-  usage = 2,         ///< the caller asked for something that makes no sense
+  usage = 2,         ///< the request makes no sense
   input = 3,         ///< the boxes or the file are wrong
-  device = 4,        ///< no such device, or it failed
-  resources = 5,     ///< out of memory, or past a limit of the data structures
+  device = 4,        ///< there is no such device, or it failed
+  resources = 5,     ///< out of memory, or beyond a limit of the data structures
   interrupted = 130  ///< the caller asked to stop
 };
 
-/// The only exception that boxunion throws on purpose. `what()` is one sentence for the user.
+/// The exception that boxunion throws. what() is one sentence for the user.
 class BOXUNION_API Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}

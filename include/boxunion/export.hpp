@@ -1,4 +1,4 @@
 #pragma once
 
-/// Marks what a shared library offers to programs; all else in it is hidden.
+/// Marks the symbols that the shared library exports. All others are hidden.
 #define BOXUNION_API __attribute__((visibility("default")))

@@ -41,7 +41,7 @@ constexpr unsigned side_quadrants(unsigned mask, unsigned axis, unsigned side) {
   return quadrants;
 }
 
-/// Is a quadrant mask constant along its first (u) or second (v) axis?
+/// True if a quadrant mask is constant along its first (u) or second (v) axis.
 constexpr bool constant_along_u(unsigned q) {
   return (q & 5u) == (q >> 1 & 5u);
 }
@@ -55,9 +55,10 @@ constexpr bool is_diagonal(unsigned q) {
   return q == 6u || q == 9u;
 }
 
-/// Of the four quadrants exposed in a direction, 1 or 3 are one face at its corner, two diagonal ones are two
-/// faces; two adjacent ones are a face that passes straight through and does not count. The exception is the
-/// class of 00011011 (configuration (h) of López Monterde et al.), whose two straight faces count twice each.
+/// The number of faces at a vertex in each direction, by the quadrants exposed in it. One or three quadrants
+/// are one face with a corner there; two diagonal ones are two faces. Two adjacent ones are a face that
+/// passes straight through and does not count. The exception is the class of 00011011 (configuration (h) of
+/// López Monterde et al.), whose two straight faces count twice each.
 constexpr std::array<std::uint8_t, 6> face_degrees(unsigned mask) {
   std::array<std::uint8_t, 6> degrees{}, straight{};
   int total = 0;

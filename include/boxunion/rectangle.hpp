@@ -11,15 +11,15 @@
 
 namespace boxunion {
 
-/// Corner coordinates of an axis-aligned rectangle in the plane: xmin, ymin, xmax, ymax, in the caller's
-/// unit.
+/// The corner coordinates of an axis-aligned rectangle in the plane: xmin, ymin, xmax, ymax, in the unit of
+/// the caller.
 template <class T>
 using RectangleOf = std::array<T, 4>;
 using Rectangle = RectangleOf<double>;
 using IntegerRectangle = RectangleOf<std::int32_t>;
 
-/// Any number of rectangles, kept in the type they came in: doubles, or 32-bit integers at half the memory.
-/// They are valid or degenerate by the rules for boxes (box.hpp).
+/// Any number of rectangles in their original type: doubles, or 32-bit integers at half the memory. They are
+/// valid or degenerate by the rules for boxes (box.hpp).
 class RectangleSet {
  public:
   RectangleSet() = default;

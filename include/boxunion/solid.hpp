@@ -8,13 +8,14 @@
 
 namespace boxunion {
 
-/// A vertex of the union: ordinals on the three axes and the octant mask (see octants.hpp).
+/// A vertex of the union: its ordinals on the three axes and its octant mask (see octants.hpp).
 struct Vertex {
   std::uint32_t x, y, z;
   std::uint32_t mask;
 
   friend bool operator==(const Vertex&, const Vertex&) = default;
-  /// Vertices sort by z, then y, then x; a solid has one vertex at a point, so the mask never decides.
+  /// Vertices sort by z, then y, then x. A solid has at most one vertex at a point, so the mask need not be
+  /// compared.
   friend bool operator<(const Vertex& a, const Vertex& b) {
     if (a.z != b.z) return a.z < b.z;
     if (a.y != b.y) return a.y < b.y;
@@ -22,13 +23,13 @@ struct Vertex {
   }
 };
 
-/// The union as its vertices: everything else (boundary, EVM, decompositions) follows from them.
+/// The union as its vertices. Everything else (boundary, EVM, decompositions) follows from them.
 struct Solid {
   Axes axes;
   Array<Vertex> vertices;  ///< sorted by z, then y, then x; one at a point
 };
 
-/// A vertex where its coordinates are.
+/// A vertex with its coordinates.
 struct PlacedVertex {
   std::array<double, 3> point;  ///< x, y, z
   std::uint8_t mask = 0;        ///< octant mask
