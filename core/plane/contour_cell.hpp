@@ -13,9 +13,10 @@
 
 namespace boxunion {
 
-/// Finds the vertices of a union of rectangles in one cell of the plane after the other, by a bitmap of at
-/// most 64 x 64 bits between the coordinates of the cell; a cell with more coordinates is halved. As in three
-/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide all about them.
+/// Finds the vertices of a union of rectangles in one cell of the plane at a time, by a bitmap of at most 64
+/// x 64 bits between the coordinates of the cell. A cell with more coordinates is halved. As in three
+/// dimensions, a cell owns the points lo <= p < hi, and the rectangles that touch it decide everything about
+/// them.
 class ContourCell {
  public:
   /// Appends the vertices of a cell to `out`. On every row, x ascends. Returns true if the rows ascend, too.

@@ -4,7 +4,7 @@
 
 namespace boxunion {
 
-// What each entry of the table names is in host/device/KIND_device.cpp.
+// The functions in an entry of the table are in host/device/KIND_device.cpp.
 
 std::vector<DeviceInfo> list_native(std::vector<std::string>& notes);
 std::unique_ptr<Device> open_native(std::size_t index, ZeroCopy zero_copy);

@@ -110,7 +110,7 @@ bool may_have_gpu() {
   throw Error(ErrorKind::device, message);
 }
 
-/// The device that an id means, by its back end and its index there.
+/// The device of an id: its back end and its index there.
 struct Place {
   const Backend* backend;
   std::size_t index;

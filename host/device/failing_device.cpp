@@ -16,7 +16,7 @@
 namespace boxunion {
 namespace {
 
-/// Fails at the n-th call of one kind.
+/// A device that fails at the n-th call of one kind.
 class FailingDevice final : public ForwardingDevice {
  public:
   FailingDevice(std::unique_ptr<Device> device, std::string_view call, int n)

@@ -9,7 +9,7 @@
 
 namespace boxunion {
 
-/// Does what another device does. A subclass changes some of it.
+/// Forwards to another device. Subclasses change parts of it.
 class ForwardingDevice : public Device {
  public:
   explicit ForwardingDevice(std::unique_ptr<Device> device) : device_(std::move(device)) {}
@@ -47,7 +47,7 @@ class ForwardingDevice : public Device {
   double kernel_seconds() const override { return device_->kernel_seconds(); }
 
  private:
-  /// Called first by every call that may fail, with its name.
+  /// Called at the start of every call that may fail, with the name of the call.
   virtual void before(std::string_view /*call*/) {}
 
   std::unique_ptr<Device> device_;

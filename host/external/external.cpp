@@ -12,7 +12,7 @@
 namespace boxunion {
 namespace {
 
-/// Runs f(union, report) over the boxes of a file, on the threads that the options say.
+/// Runs f(union, report) for the boxes of a file, on the number of threads in the options.
 template <class F>
 auto with_union(const std::string& input, const Budget& budget, const Options& options,
                 const VolumeOptions& volume, ExternalReport* report, F&& f) {

@@ -31,7 +31,7 @@ class SpooledBoxes final : public BoxFile {
   bool are_integers_ = false;
 };
 
-/// Throws Error(resources) if reading a file takes more memory than there is.
+/// Throws Error(resources) if reading a file takes more memory than the budget.
 void require_memory(const InputFile& file, std::string_view what, std::uint64_t bytes, const Budget& budget);
 
 }  // namespace boxunion

@@ -1,4 +1,4 @@
-// Unions of files within a budget, by the public functions alone: the same numbers and bytes as from memory.
+// Unions of files within a budget, by the public functions only: the same numbers and bytes as from memory.
 
 #include <gtest/gtest.h>
 
@@ -56,12 +56,12 @@ TEST(ExternalFiles, LeaveNoOutputWhereTheInputIsWrong) {
   const std::string bad = folder.write("bad.csv", "0,0,0,1,1\n");
   EXPECT_THROW(measure_file(bad, budget), Error);
   EXPECT_THROW(write_boundary(bad, folder.file("out.ply"), budget), Error);
-  EXPECT_THROW(write_boundary(bad, folder.file("out.csv"), budget), Error);  // no format of meshes
+  EXPECT_THROW(write_boundary(bad, folder.file("out.csv"), budget), Error);  // not a mesh format
   EXPECT_THROW(write_decomposition(bad, folder.file("out.npy"), budget), Error);
   EXPECT_EQ(folder.file_count(), 1u);
 }
 
-/// The triangles of a binary STL file: normal, corners and attributes of each.
+/// The triangles of a binary STL file: the normal, the corners and the attributes of each.
 std::vector<std::string> triangles_of(const std::string& stl) {
   std::vector<std::string> all;
   for (std::size_t at = 84; at < stl.size(); at += 50) all.push_back(stl.substr(at, 50));

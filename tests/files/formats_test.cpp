@@ -36,7 +36,7 @@ TEST(Formats, AllAreDocumented) {
 }
 
 TEST(Formats, AllThatAreReadAreFuzzed) {
-  std::string read;  // what tests/fuzz/CMakeLists.txt should find in the table
+  std::string read;  // formats that tests/fuzz/CMakeLists.txt should find in the table
   for (const Format& format : formats())
     if (format.serves(FileUse::input))
       read += (read.empty() ? "" : " ") + std::string(format.extensions[0].substr(1));
