@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/counting_sort.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 
@@ -90,25 +91,11 @@ class RadixSort {
     };
 
     const std::size_t chunks = std::clamp(n / kChunk, std::size_t(1), kMaxChunks);
-    std::vector<std::size_t> places(chunks * buckets);  // of the next element of a bucket, for each chunk
-    const auto each_element = [&](auto&& f) {
-      parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          std::size_t* place = places.data() + chunk * buckets;
-          const T* last = from + n * (chunk + 1) / chunks;
-          for (const T* value = from + n * chunk / chunks; value != last; ++value)
-            f(*value, place[digit(*value)]);
-        }
-      });
-    };
-    each_element([](const T&, std::size_t& count) { ++count; });
-    std::size_t sum = 0;
-    for (std::size_t bucket = 0; bucket < buckets; ++bucket)
-      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-        sum += std::exchange(places[chunk * buckets + bucket], sum);
-    each_element([&](const T& value, std::size_t& place) { to[place++] = value; });
+    const auto keys_of = [&](std::size_t i, auto&& f) { f(digit(from[i])); };
+    CountingSort<std::size_t, decltype(keys_of)> sorting(n, buckets, chunks, keys_of);
+    sorting.scatter([&](std::size_t i, std::size_t place) { to[place] = from[i]; });
 
-    const std::size_t* ends = places.data() + (chunks - 1) * buckets;
+    const std::span<const std::size_t> ends = sorting.ends();
     const std::size_t grain = std::max<std::size_t>(1, buckets * kShare / n);
     parallel_ranges(0, buckets, grain, [&](std::size_t first, std::size_t last) {
       std::size_t begin = first == 0 ? 0 : ends[first - 1];

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "boxunion/error.hpp"
+#include "core/base/counting_sort.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/radix_sort.hpp"
 
@@ -72,29 +73,17 @@ class PlaneSort {
   template <class Key>
   void by_counting(std::uint32_t keys, Key key) {
     const std::size_t chunks = std::clamp(count_ / kGrain, std::size_t(1), thread_count());
-    std::vector<std::uint32_t> places(chunks * keys);  // of the next vertex of each plane, for each chunk
-    const auto each_vertex = [&](auto&& f) {
-      parallel_ranges(0, chunks, 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t chunk = first; chunk < last; ++chunk) {
-          std::uint32_t* const place = places.data() + chunk * keys;
-          const std::size_t end = count_ * (chunk + 1) / chunks;
-          for (std::size_t i = count_ * chunk / chunks; i < end; ++i) f(i, place[key(i)]);
-        }
-      });
-    };
-    each_vertex([](std::size_t, std::uint32_t& count) { ++count; });
-    std::uint32_t sum = 0;
-    std::size_t planes = 0;
+    const auto keys_of = [&](std::size_t i, auto&& f) { f(key(i)); };
+    CountingSort<std::uint32_t, decltype(keys_of)> sorting(count_, keys, chunks, keys_of);
+    sorting.scatter([&](std::size_t i, std::uint32_t place) { order_.vertices[place] = vertex_(i); });
     order_.first.resize(keys);
-    for (std::uint32_t k = 0; k < keys; ++k) {
-      order_.first[planes] = sum;
-      const std::uint32_t before = sum;
-      for (std::size_t place = k; place < places.size(); place += keys)
-        sum += std::exchange(places[place], sum);
-      planes += sum != before;  // branch-free, because the branch would be unpredictable
+    std::uint32_t begin = 0;
+    std::size_t planes = 0;
+    for (const std::uint32_t end : sorting.ends()) {
+      order_.first[planes] = begin;
+      planes += end != std::exchange(begin, end);  // branch-free: which ordinals occur is unpredictable
     }
     order_.first.resize(planes);
-    each_vertex([&](std::size_t i, std::uint32_t& place) { order_.vertices[place++] = vertex_(i); });
   }
 
   void by_sorting() {
@@ -185,16 +174,8 @@ void PlaneColumns::assign(std::span<const PlaneVertex> plane) {
   count_ = highest - lowest_ + 1;
   if (count_ <= kFew) return;
 
-  sorted_.resize(plane.size());
-  scratch_.resize(plane.size());
-  for (std::size_t i = 0; i < plane.size(); ++i) sorted_[i] = Keyed{plane[i].column} << 32 | i;
-  radix_sort(std::span(sorted_), std::span(scratch_), ordinal_of);
-  ranks_.resize(plane.size());
-  count_ = 0;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    if (i == 0 || ordinal_of(sorted_[i]) != ordinal_of(sorted_[i - 1])) ++count_;
-    ranks_[static_cast<std::uint32_t>(sorted_[i])] = count_ - 1;
-  }
+  ranks_.assign(plane.size(), [&](std::size_t i) { return plane[i].column; });
+  count_ = ranks_.distinct();
 }
 
 }  // namespace boxunion

@@ -11,6 +11,7 @@
 #include "boxunion/octants.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
+#include "core/base/ranks.hpp"
 #include "core/solid/solid_sink.hpp"
 
 namespace boxunion {
@@ -101,8 +102,7 @@ class PlaneColumns {
 
   std::span<const PlaneVertex> plane_;
   std::uint32_t lowest_ = 0, count_ = 0;
-  std::vector<std::uint32_t> ranks_;
-  std::vector<std::uint64_t> sorted_, scratch_;
+  Ranks ranks_;
 };
 
 /// The number of parts into which the search for edges is divided.

@@ -7,11 +7,13 @@
 #include "boxunion/error.hpp"
 #include "core/base/sample.hpp"
 #include "core/cells/closed_form.hpp"
+#include "core/cells/halving.hpp"
+#include "kernels/contract.h"
 
 namespace boxunion {
 namespace {
 
-constexpr std::uint32_t kRanks = 30;             // distinct coordinates an axis that a kernel holds
+constexpr std::uint32_t kRanks = CELL_RANKS;
 constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
 constexpr double kGoalBoxes = 7;                 // of a cell of a grid, on average
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
@@ -354,21 +356,13 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
   double per_box = items_per_box(grid.log_edge);
   while (double(items.size()) * per_box > kGoalBoxes * double(grid.count()) &&
          2 * grid.count() <= kMostCells) {
-    // halve the axis that duplicates the fewest boxes
-    int best = -1;
-    double best_per_box = 0;
-    for (int a = 0; a < 3; ++a) {
-      if (grid.log_edge[a] == 0) continue;
-      auto log_edge = grid.log_edge;
-      --log_edge[a];
-      const double p = items_per_box(log_edge);
-      if (best < 0 || p < best_per_box) best = a, best_per_box = p;
-    }
+    const auto best = cheapest_halving(
+        grid.log_edge, 0, [&](const std::array<int, 3>& halved, int) { return items_per_box(halved); });
     // each copy of a box costs, but cells that stay crowded would be halved one by one
     const bool crowded = double(items.size()) * per_box > 2 * kGoalBoxes * double(grid.count());
-    if (best < 0 || best_per_box > (crowded ? 1.7 : 1.5) * per_box || best_per_box > 24) break;
-    --grid.log_edge[best];
-    per_box = best_per_box;
+    if (!best || best->per_box > (crowded ? 1.7 : 1.5) * per_box || best->per_box > 24) break;
+    grid.log_edge = best->log_edge;
+    per_box = best->per_box;
     count_cells();
   }
   grid.most_items = std::size_t(kMostMisjudged * per_box * double(items.size()));

@@ -10,6 +10,7 @@
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/sample.hpp"
+#include "core/cells/halving.hpp"
 
 namespace boxunion {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 constexpr double kMostInTile = 2000;  // so many boxes stay in cache, and sweeps over them are narrow
 constexpr double kEnoughTiles = 8;    // for several threads
 constexpr std::size_t kMostTiles = 1u << 20;
+constexpr int kLeastLogEdge = 4;
 constexpr double kMostMisjudged = 2;   // factor of the estimate of touched tiles
 constexpr double kFewTiles = 1 << 14;  // so many tiles are harmless, whatever the estimate
 
@@ -73,19 +75,13 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
     return boxes;
   };
   while (in_full_tile() > wanted && 2 * plan.count() <= kMostTiles) {
-    // halve the axis that duplicates the fewest boxes
-    int best = -1;
-    double best_touched = 0;
-    for (int a = 2; a >= 0; --a) {  // of equal axes the longest, x last: see Clusters
-      if (plan.log_edge[a] <= 4) continue;
-      auto log_edge = plan.log_edge;
-      --log_edge[a];
-      const double t = touched(log_edge) - 1e-9 * log_edge[a];
-      if (best < 0 || t < best_touched) best = a, best_touched = t;
-    }
-    if (best < 0 || best_touched > std::max(1.4, 1.1 * plan.touched)) break;
-    --plan.log_edge[best];
-    plan.touched = best_touched;
+    // of equal axes the longest, x last: see Clusters
+    const auto best = cheapest_halving(
+        plan.log_edge, kLeastLogEdge,
+        [&](const std::array<int, 3>& halved, int axis) { return touched(halved) - 1e-9 * halved[axis]; });
+    if (!best || best->per_box > std::max(1.4, 1.1 * plan.touched)) break;
+    plan.log_edge = best->log_edge;
+    plan.touched = best->per_box;
     count_tiles();
   }
   plan.most_touched = kMostMisjudged * plan.touched * double(n) + kFewTiles;
@@ -232,17 +228,17 @@ void TileGrid::put_pending(Chunk& chunk) const {
   for (std::size_t i = 0; i < n; ++i) *places[i] = chunk.pending[i].word;
 }
 
-/// Appends an empty block to the chunk's share of a tile. The first slab of blocks should be enough.
+/// Appends an empty block to the chunk's share of a tile. The first pool of blocks should be enough.
 void TileGrid::add_block(Chunk& chunk, std::size_t tile) const {
-  if (chunk.slabs.empty() || chunk.used == chunk.slabs.back().size()) {
-    const double words = double(chunk.end - chunk.begin) * plan_.touched / (chunk.slabs.empty() ? 1 : 8);
-    const std::size_t tiles = chunk.slabs.empty() ? std::min(size(), chunk.end - chunk.begin) : 1;
+  if (chunk.pools.empty() || chunk.used == chunk.pools.back().size()) {
+    const double words = double(chunk.end - chunk.begin) * plan_.touched / (chunk.pools.empty() ? 1 : 8);
+    const std::size_t tiles = chunk.pools.empty() ? std::min(size(), chunk.end - chunk.begin) : 1;
     const std::size_t blocks = std::size_t(words) / block_ + tiles / 2 + 1;
     with_memory("sorting the boxes into tiles", blocks * block_ * sizeof(std::uint64_t),
-                [&] { return chunk.slabs.emplace_back(blocks * block_).size(); });
+                [&] { return chunk.pools.emplace_back(blocks * block_).size(); });
     chunk.used = 0;
   }
-  std::uint64_t* const block = chunk.slabs.back().data() + chunk.used;
+  std::uint64_t* const block = chunk.pools.back().data() + chunk.used;
   chunk.used += block_;
   chunk.shares[tile].last = block;
   chunk.blocks.emplace_back(block, std::uint32_t(tile));

@@ -110,8 +110,8 @@ class TileGrid {
     OrdinalBox bounds;
     std::vector<Share> shares;                                     // by tile
     std::vector<std::pair<std::uint64_t*, std::uint32_t>> blocks;  // with their tiles
-    std::vector<Array<std::uint64_t>> slabs;                       // memory of the blocks
-    std::size_t used = 0;                                          // words used in the last slab
+    std::vector<Array<std::uint64_t>> pools;                       // memory of the blocks
+    std::size_t used = 0;                                          // words used in the last pool
     double touched = 0, most_touched = 0;  // tiles touched by boxes that touch several
     std::array<Pending, kPending> pending;
     std::size_t pending_count = 0;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/counting_sort.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/sample.hpp"
@@ -18,12 +19,12 @@
 namespace boxunion {
 namespace {
 
-/// Cuts the ordinals of an axis into parts of equal lengths, as far as possible.
-class Cuts {
+/// EqualParts the ordinals of an axis into parts of equal lengths, as far as possible.
+class EqualParts {
  public:
   static constexpr double kMostParts = 1 << 15;
 
-  Cuts(std::uint32_t count, double parts)
+  EqualParts(std::uint32_t count, double parts)
       : count_(count),
         parts_(static_cast<std::uint32_t>(std::clamp(parts, 1., std::min(double(count), kMostParts)))),
         scale_((std::uint64_t{parts_} << 32) / count) {}
@@ -47,7 +48,7 @@ class Cuts {
 
 /// A grid of cells. A row of cells is a strip of the plane.
 struct Grid {
-  Cuts columns, strips;
+  EqualParts columns, strips;
   double touched;  // average number of cells that a rectangle touches
 };
 
@@ -79,7 +80,7 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
   // A strip that is one cell needs no sort. It must be low to have few coordinates. On average, `crossing` of
   // the rectangles that it touches come up from below.
   const double crossing = n * share[1], flat = std::ceil(n / (kFlatPlaces - crossing));
-  if (crossing <= 0.4 * kFlatPlaces && flat <= Cuts::kMostParts) return grid(1, flat);
+  if (crossing <= 0.4 * kFlatPlaces && flat <= EqualParts::kMostParts) return grid(1, flat);
   // m rectangles owned by a cell have about 2 * (m + sqrt(m * density)) places on an axis
   const double density = n * share[0] * share[1];
   const double root = (std::sqrt(density + 4 * kPlaces) - std::sqrt(density)) / 2;
@@ -93,7 +94,7 @@ Grid make_grid(std::span<const OrdinalRectangle> all, const PlaneAxes& axes) {
 class Parts {
  public:
   /// Makes parts of `rectangles` rectangles on average, but no more parts than strips.
-  Parts(Array<OrdinalRectangle> all, const Cuts& strips, std::size_t rectangles)
+  Parts(Array<OrdinalRectangle> all, const EqualParts& strips, std::size_t rectangles)
       : strips_(strips.parts()),
         count_(std::clamp(all.size() / rectangles, std::size_t{1}, strips_)),
         first_(count_ + 1) {
@@ -115,35 +116,21 @@ class Parts {
   }
 
  private:
-  void distribute(std::span<const OrdinalRectangle> all, const Cuts& strips) {
+  void distribute(std::span<const OrdinalRectangle> all, const EqualParts& strips) {
     constexpr std::size_t kChunk = 1 << 13, kMostChunks = 16;
     std::vector<std::uint32_t> part(strips_);
     for (std::uint32_t p = 0; p < count_; ++p)
       std::fill(part.begin() + first_strip(p), part.begin() + first_strip(p + 1), p);
     const std::size_t chunks = std::clamp(all.size() / kChunk, std::size_t{1}, kMostChunks);
-    std::vector<std::size_t> places(chunks * count_);  // of the next rectangle in each part, for each chunk
-    const auto each = [&](auto&& f) {
-      parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          std::size_t* const place = places.data() + chunk * count_;
-          const std::size_t last = all.size() * (chunk + 1) / chunks;
-          for (std::size_t i = all.size() * chunk / chunks; i < last; ++i) {
-            const std::uint32_t to = part[strips.part(all[i].hi[1])];
-            for (std::uint32_t p = part[strips.part(all[i].lo[1])]; p <= to; ++p) f(all[i], place[p]);
-          }
-        }
-      });
+    const auto parts_of = [&](std::size_t i, auto&& f) {
+      const std::uint32_t to = part[strips.part(all[i].hi[1])];
+      for (std::uint32_t p = part[strips.part(all[i].lo[1])]; p <= to; ++p) f(p);
     };
-    each([](const OrdinalRectangle&, std::size_t& count) { ++count; });
-    std::size_t sum = 0;
-    for (std::size_t p = 0; p < count_; ++p) {
-      first_[p] = sum;
-      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-        sum += std::exchange(places[chunk * count_ + p], sum);
-    }
-    first_[count_] = sum;
-    with_memory("the rectangles by strips", sum * sizeof(OrdinalRectangle), [&] { rectangles_.resize(sum); });
-    each([this](const OrdinalRectangle& r, std::size_t& place) { rectangles_[place++] = r; });
+    CountingSort<std::size_t, decltype(parts_of)> sorting(all.size(), count_, chunks, parts_of);
+    with_memory("the rectangles by strips", sorting.size() * sizeof(OrdinalRectangle),
+                [&] { rectangles_.resize(sorting.size()); });
+    sorting.scatter([&](std::size_t i, std::size_t place) { rectangles_[place] = all[i]; });
+    std::ranges::copy(sorting.ends(), first_.begin() + 1);
   }
 
   std::size_t strips_, count_;
@@ -189,7 +176,7 @@ class PartContour {
 
   /// The sorted vertices in strips [begin, end). `part` has all rectangles that touch these strips.
   Array<ContourVertex> find(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
-    const Cuts &columns = grid_.columns, &strips = grid_.strips;
+    const EqualParts &columns = grid_.columns, &strips = grid_.strips;
     bin(part, begin, end);
     Array<ContourVertex> vertices;
     vertices.reserve(4 * part.size() + ContourCell::kMost);  // rarely more
@@ -222,7 +209,7 @@ class PartContour {
 
   /// Puts rectangles into the cells that they touch, and marks cells that one rectangle covers.
   void bin(std::span<const OrdinalRectangle> part, std::uint32_t begin, std::uint32_t end) {
-    const Cuts &columns = grid_.columns, &strips = grid_.strips;
+    const EqualParts &columns = grid_.columns, &strips = grid_.strips;
     const std::size_t width = columns.parts();
     covered_.assign((end - begin) * width, 0);
     first_.assign((end - begin) * width + 1, 0);

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "core/base/parallel.hpp"
-#include "core/base/radix_sort.hpp"
 #include "core/boundary/planes.hpp"
 
 namespace boxunion {
@@ -41,15 +40,8 @@ ContourColumns::ContourColumns(const Contour& contour)
     : vertices_(contour.vertices), count_(contour.axes[0].count() + 1) {
   constexpr std::size_t kFew = 1 << 16;
   if (count_ <= std::max(kFew, vertices_.size())) return;
-  Array<std::uint64_t> sorted(vertices_.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[i] = std::uint64_t{vertices_[i].x} << 32 | i;
-  radix_sort(std::span(sorted));
-  ranks_.resize(sorted.size());
-  count_ = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    if (i == 0 || sorted[i] >> 32 != sorted[i - 1] >> 32) ++count_;
-    ranks_[static_cast<std::uint32_t>(sorted[i])] = static_cast<std::uint32_t>(count_ - 1);
-  }
+  ranks_.assign(vertices_.size(), [this](std::size_t i) { return vertices_[i].x; });
+  count_ = ranks_.distinct();
 }
 
 ContourLinks::ContourLinks(const Contour& contour, const ContourColumns& columns)

@@ -8,6 +8,7 @@
 
 #include "boxunion/contour.hpp"
 #include "core/base/memory.hpp"
+#include "core/base/ranks.hpp"
 
 namespace boxunion {
 
@@ -24,7 +25,7 @@ class ContourColumns {
  private:
   std::span<const ContourVertex> vertices_;
   std::size_t count_;
-  Array<std::uint32_t> ranks_;
+  Ranks ranks_;
 };
 
 /// Links the corners of a contour to loops, with the inside to the left.

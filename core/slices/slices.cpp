@@ -8,9 +8,9 @@ namespace boxunion {
 namespace {
 
 /// Halves tiles until each fits. The rectangles of the tiles on the way down live in one stack.
-class TileCutter {
+class TileHalver {
  public:
-  TileCutter(std::uint32_t max_coordinates, Tiles& out) : max_coordinates_(max_coordinates), out_(out) {}
+  TileHalver(std::uint32_t max_coordinates, Tiles& out) : max_coordinates_(max_coordinates), out_(out) {}
 
   void cut(std::span<const SlabRectangle> slab) {
     stack_.assign(slab.begin(), slab.end());
@@ -126,7 +126,7 @@ bool SlabSweep::next(std::size_t limit, SlabBatch& batch) {
 }
 
 void cut_tiles(std::span<const SlabRectangle> slab, std::uint32_t max_coordinates, Tiles& out) {
-  TileCutter(max_coordinates, out).cut(slab);
+  TileHalver(max_coordinates, out).cut(slab);
 }
 
 }  // namespace boxunion
