@@ -145,8 +145,12 @@ class CellProblem final : public BenchProblem {
     NullSinks sinks(*this);
     tbb::task_arena one_thread(1);  // the order of the cells depends on the threads
     one_thread.execute([&] {
-      batch_ = cut_cells(expression, sets, {axes_, {}, {}}, {.kernel = kind_.kernel}, sinks.sink.vertices,
-                         sinks.sink.sums);
+      batch_ = cut_cells({expression,
+                          sets,
+                          {axes_, {}, {}},
+                          {.kernel = kind_.kernel},
+                          sinks.sink.vertices,
+                          sinks.sink.sums});
     });
   }
 

@@ -19,7 +19,7 @@ namespace boxunion {
 namespace {
 
 constexpr int kSumsLogEdge = std::countr_zero(LatticeSums::kMostEdge);
-constexpr int kPackedLogEdge = 19;                  // what a packed coordinate holds
+constexpr int kPackedLogEdge = packed::kBits - 1;   // what a packed coordinate holds
 constexpr std::uint64_t kRunCost = 1024;            // of a work unit on a device; see TileCutter::cut
 constexpr std::uint64_t kNativeRunCost = 1u << 20;  // the same natively: some milliseconds
 // Minimum boxes in a tile if there are few boxes. A device needs more, because lavapipe stops the loops of
@@ -361,53 +361,48 @@ class TiledBoxes {
   std::optional<PositionSink> mapping_;
 };
 
-/// Makes the grid of combine_by_cells and calls f(CellRunner). A tile has at least `least_in_tile` boxes if
+/// Makes the grid of a job and calls f(CellRunner). A tile has at least `least_in_tile` boxes if
 /// possible.
 template <class F>
-void with_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                const Options& options, std::size_t least_in_tile, VertexSink* vertices, MassSink* mass,
-                Report& report, F&& f) {
+void with_cells(CellsJob job, std::size_t least_in_tile, Report& report, F&& f) {
+  const Options& options = job.options;
+  const std::optional<OrdinalBox> region = job.ordinals.region;
   report.method = "cells";
   report.kernel = options.kernel == CellKernel::faces ? "faces" : "occupancy";
-  const bool programs = !expression.is_union();
+  const bool programs = !job.expression.is_union();
   if (programs && options.kernel == CellKernel::faces)
     throw Error(ErrorKind::usage, "the kernel faces finds unions only");
   Stopwatch watch(report);
-  const Axes& axes = ordinals.axes;
-  const bool lattice = axes[0].is_lattice() && axes[1].is_lattice() && axes[2].is_lattice();
-  VertexSink* sink = mass ? mass : vertices;
+  VertexSink* sink = job.mass ? job.mass : job.vertices;
   std::optional<RegionFilter> filter;
-  if (ordinals.region) sink = &filter.emplace(*ordinals.region, *sink);
+  if (region) sink = &filter.emplace(*region, *sink);
+  const Axes& axes = job.ordinals.axes;
   if (axes[0].count() == 0) return;
-  TiledBoxes boxes(sets, ordinals, options, least_in_tile,
-                   mass && lattice && options.kernel == CellKernel::occupancy &&
-                       (!ordinals.region || can_be_tiled(*ordinals.region)));
+  const bool sums = job.mass && options.kernel == CellKernel::occupancy &&
+                    std::ranges::all_of(axes, &Axis::is_lattice) && (!region || can_be_tiled(*region));
+  TiledBoxes boxes(job.sets, job.ordinals, options, least_in_tile, sums);
   boxes.sort(watch);
-  CellSink cells{boxes.mapped(sink), boxes.sums() ? mass : nullptr, programs};
-  CellRunner runner(boxes.grids(), expression.steps(), options, cells, report);
+  CellSink cells{boxes.mapped(sink), boxes.sums() ? job.mass : nullptr, programs};
+  CellRunner runner(boxes.grids(), job.expression.steps(), options, cells, report);
   f(runner);
   if (cells.sums && !programs)
     for (const TileGrid& grid : boxes.grids())
-      if (grid.bounds().lo[0] < grid.bounds().hi[0]) mass->extend_bounds(grid.bounds());
+      if (grid.bounds().lo[0] < grid.bounds().hi[0]) cells.sums->extend_bounds(grid.bounds());
   watch.lap("cells");
 }
 
 }  // namespace
 
-void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report) {
-  const std::unique_ptr<Device> device = open_device(options.device);
+void combine_by_cells(CellsJob job, Report& report) {
+  const std::unique_ptr<Device> device = open_device(job.options.device);
   const std::size_t least = device->info().id == "native" ? kLeastInNativeTile : kLeastInTile;
-  with_cells(expression, sets, std::move(ordinals), options, least, vertices, mass, report,
-             [&](CellRunner& runner) { runner.run(*device); });
+  with_cells(std::move(job), least, report, [&](CellRunner& runner) { runner.run(*device); });
 }
 
-CellBatch cut_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                    const Options& options, VertexSink* vertices, MassSink* mass) {
+CellBatch cut_cells(CellsJob job) {
   CellBatch batch;
   Report report;
-  with_cells(expression, sets, std::move(ordinals), options, kLeastInTile, vertices, mass, report,
-             [&](CellRunner& runner) { batch = runner.cut_all(); });
+  with_cells(std::move(job), kLeastInTile, report, [&](CellRunner& runner) { batch = runner.cut_all(); });
   return batch;
 }
 

@@ -36,19 +36,23 @@ inline void report_sweep(Report& report) {
 /// less time and memory.
 struct SumsAreWasteful {};
 
-/// Computes an expression over sets of boxes by cells (Franklin, UNION3): boxes go into tiles, tiles into
-/// cells, and cells through a kernel. `sets` are the operands, in the order of the expression's names. Boxes
-/// on three lattices are read from the sets, unless `ordinals` holds them. Throws Error(usage) for the kernel
-/// faces if the expression is not a union, and SumsAreWasteful if there are `mass` and a region.
-///
-/// Passes the vertices to `vertices`. If `mass` is given, adds sums or vertices to it instead, whichever is
-/// cheaper to find. Fills report.kernel, device, cells and stage times.
-void combine_by_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                      const Options& options, VertexSink* vertices, MassSink* mass, Report& report);
+/// An expression over sets of boxes, to be found by cells.
+struct CellsJob {
+  const Expression& expression;
+  std::span<const BoxSet> sets;  ///< the operands, in the order of the expression's names
+  Ordinals ordinals;             ///< boxes on three lattices are read from the sets, unless it holds them
+  const Options& options;
+  VertexSink* vertices = nullptr;  ///< gets the vertices, unless `mass` is given
+  MassSink* mass = nullptr;        ///< gets sums or vertices, whichever is cheaper to find
+};
 
-/// All cells that combine_by_cells would pass to a device with these arguments, in one batch, for benchmarks.
-/// Parts that need no kernel are added to `mass`.
-CellBatch cut_cells(const Expression& expression, std::span<const BoxSet> sets, Ordinals ordinals,
-                    const Options& options, VertexSink* vertices, MassSink* mass);
+/// Computes a job by cells (Franklin, UNION3): boxes go into tiles, tiles into cells, and cells through a
+/// kernel. Fills report.kernel, device, cells and stage times. Throws Error(usage) for the kernel faces if
+/// the expression is not a union, and SumsAreWasteful if there are `mass` and a region.
+void combine_by_cells(CellsJob job, Report& report);
+
+/// All cells that combine_by_cells would pass to a device, in one batch, for benchmarks. Parts that need no
+/// kernel are added to `mass`.
+CellBatch cut_cells(CellsJob job);
 
 }  // namespace boxunion

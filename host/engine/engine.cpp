@@ -75,7 +75,7 @@ class Run {
     return ordinals;
   }
 
-  /// Runs the method that the options ask for. See combine_by_cells for `vertices` and `mass`.
+  /// Runs the method that the options ask for. See CellsJob for `vertices` and `mass`.
   void combine(Ordinals ordinals, VertexSink* vertices, MassSink* mass) {
     VertexSink& sink = mass ? *mass : *vertices;
     if (corner_) {
@@ -86,7 +86,7 @@ class Run {
     } else if (job_.options.method == Method::slices) {
       unite_by_slices(std::move(ordinals.boxes), job_.options, sink, report_);
     } else {
-      combine_by_cells(job_.expression, job_.sets, std::move(ordinals), job_.options, vertices, mass,
+      combine_by_cells({job_.expression, job_.sets, std::move(ordinals), job_.options, vertices, mass},
                        report_);
     }
   }

@@ -461,7 +461,7 @@ class ExternalUnion::Run {
 
   std::uint64_t buffer_bytes() const { return std::min(kMostBufferBytes, bytes() / 2); }
 
-  /// Finds the part of the union that a slab owns. See combine_by_cells for `mass`.
+  /// Finds the part of the union that a slab owns. See CellsJob for `mass`.
   void unite(Ordinals slab, MassSink* mass, VertexSink& sink) {
     Options options = options_;
     const std::uint64_t count = slab.boxes.size(), all = std::max(boxes_in_slabs_, count);
@@ -479,7 +479,7 @@ class ExternalUnion::Run {
     } else if (options.method == Method::slices) {
       unite_by_slices(std::move(slab.boxes), options, filter, report_);
     } else {
-      combine_by_cells(Expression::one_operand(), {}, std::move(slab), options, &sink, mass, report_);
+      combine_by_cells({Expression::one_operand(), {}, std::move(slab), options, &sink, mass}, report_);
     }
     // do not try a failed device again
     if (!corner && report_.device == "native") options_.device = "native";
