@@ -4,22 +4,16 @@
 #include <span>
 #include <vector>
 
+#include "boxunion/contour.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/ordered_bitset.hpp"
 #include "core/solid/vertex_sink.hpp"
 
 namespace boxunion {
 
-/// A vertex of a slab's contour. Bit x + 2y of `quadrants` is set if the quadrant (x, y in {0, 1}; 1 is the
-/// positive side) around it is inside. The mask is constant along neither axis.
-struct ContourVertex {
-  std::uint32_t x = 0, y = 0;
-  std::uint32_t quadrants = 0;
-  friend bool operator==(const ContourVertex&, const ContourVertex&) = default;
-  /// Contours sort by y, then x.
-  friend bool operator<(const ContourVertex& a, const ContourVertex& b) {
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-  }
+/// The order of the vertices of a contour: by y, then x. A function object, so that sorting inlines it.
+inline constexpr auto kContourOrder = [](const ContourVertex& a, const ContourVertex& b) {
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
 };
 
 /// The vertices of the solid in the plane between two neighboring slabs (López Monterde et al., section 6).

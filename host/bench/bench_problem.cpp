@@ -240,7 +240,7 @@ class ContourProblem final : public BenchProblem {
       ContourResult sorted = found_;
       for (std::size_t i = 0; i + 1 < sorted.offsets.size(); ++i)
         std::sort(sorted.vertices.begin() + std::ptrdiff_t(sorted.offsets[i]),
-                  sorted.vertices.begin() + std::ptrdiff_t(sorted.offsets[i + 1]));
+                  sorted.vertices.begin() + std::ptrdiff_t(sorted.offsets[i + 1]), kContourOrder);
       return sorted;
     }
 

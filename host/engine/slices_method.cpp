@@ -76,7 +76,7 @@ void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, Vert
       return std::span(vertices).subspan(begin, end - begin);
     };
     parallel_ranges(0, batch.slabs(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) std::sort(slab(i).begin(), slab(i).end());
+      for (std::size_t i = begin; i < end; ++i) std::ranges::sort(slab(i), kContourOrder);
     });
     const bool is_last = batch.first + batch.slabs() == sweep.slabs();
     parallel_ranges(0, batch.slabs() + is_last, 1, [&](std::size_t begin, std::size_t end) {
