@@ -9,15 +9,13 @@
 
 namespace boxunion {
 
-/// A stable counting sort in chunks, which threads share. An element may have several keys, and then comes
-/// once for each.
-///
-/// Construction counts; scatter() then tells where each element goes. In between the caller can make room for
-/// size() of them. Index holds size().
+/// A stable counting sort in chunks, shared by threads. An element may have several keys, and comes once for
+/// each. The constructor counts; scatter() then passes the place of each element. In between, the caller can
+/// make room for size() elements. Index must hold size().
 template <class Index, class KeysOf>
 class CountingSort {
  public:
-  /// keys_of(i, f) calls f(key) for every key of element i, which is below `count`; keys are below `keys`.
+  /// keys_of(i, f) calls f(key) for every key of element i < count. Keys are less than `keys`.
   CountingSort(std::size_t count, std::size_t keys, std::size_t chunks, KeysOf keys_of)
       : count_(count), keys_(keys), chunks_(chunks), keys_of_(keys_of), places_(chunks * keys) {
     each([](std::size_t, Index& place) { ++place; });
@@ -32,7 +30,7 @@ class CountingSort {
   void scatter(Put&& put) {
     each([&](std::size_t i, Index& place) { put(i, place++); });
   }
-  /// By key, where its elements end. Valid after scatter().
+  /// The end of the elements of each key. Valid after scatter().
   std::span<const Index> ends() const { return std::span(places_).last(keys_); }
 
  private:
@@ -50,7 +48,7 @@ class CountingSort {
 
   std::size_t count_, keys_, chunks_;
   KeysOf keys_of_;
-  std::vector<Index> places_;  // of the next element of a chunk with a key; by chunk, then key
+  std::vector<Index> places_;  // of the next element of each chunk and key
   Index size_ = 0;
 };
 

@@ -9,11 +9,10 @@
 
 namespace boxunion {
 
-/// The ranks of some numbers: their positions among the distinct ones, sorted. Keeps its memory for the next
-/// ones.
+/// The ranks of some numbers: their positions among the sorted distinct ones. Reuses its memory.
 class Ranks {
  public:
-  /// Ranks number(0) .. number(count - 1), unsigned integers of 32 bits, of which there are as few.
+  /// Ranks number(0) .. number(count - 1), unsigned integers of 32 bits. count must fit 32 bits.
   template <class Number>
   void assign(std::size_t count, Number&& number) {
     sorted_.resize(count);
@@ -31,7 +30,7 @@ class Ranks {
 
   bool empty() const { return ranks_.empty(); }
   std::uint32_t operator[](std::size_t i) const { return ranks_[i]; }
-  /// How many different numbers there are.
+  /// The number of distinct numbers.
   std::uint32_t distinct() const { return distinct_; }
 
  private:

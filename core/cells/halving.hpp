@@ -5,14 +5,14 @@
 
 namespace boxunion {
 
-/// Halving a grid's cells along one axis.
+/// A halving of the cells of a grid along one axis.
 struct Halving {
-  std::array<int, 3> log_edge;  ///< of the cells then, by axis
-  double per_box;               ///< cells that a box touches then, on average
+  std::array<int, 3> log_edge;  ///< of the halved cells, by axis
+  double per_box;               ///< average number of halved cells that a box touches
 };
 
-/// The halving that duplicates the fewest boxes, of equal ones that along the last axis; nothing if no edge
-/// is longer than 2^least. per_box(log_edge, axis) is the estimate for a grid whose cells were halved along
+/// The halving that duplicates the fewest boxes; of equal ones, that along the last axis. Nothing if no edge
+/// is longer than 2^least. per_box(log_edge, axis) is the estimate for a grid whose cells are halved along
 /// axis.
 template <class PerBox>
 std::optional<Halving> cheapest_halving(const std::array<int, 3>& log_edge, int least, PerBox&& per_box) {

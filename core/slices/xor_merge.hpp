@@ -11,7 +11,7 @@
 
 namespace boxunion {
 
-/// The order of the vertices of a contour: by y, then x. A function object, so that sorting inlines it.
+/// The order of the vertices of a contour: by y, then x. A function object, so that sorting can inline it.
 inline constexpr auto kContourOrder = [](const ContourVertex& a, const ContourVertex& b) {
   return a.y != b.y ? a.y < b.y : a.x < b.x;
 };

@@ -36,7 +36,7 @@ inline void report_sweep(Report& report) {
 /// less time and memory.
 struct SumsAreWasteful {};
 
-/// An expression over sets of boxes, to be found by cells.
+/// The job of the method cells: an expression over sets of boxes.
 struct CellsJob {
   const Expression& expression;
   std::span<const BoxSet> sets;  ///< the operands, in the order of the expression's names

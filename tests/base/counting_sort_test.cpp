@@ -11,7 +11,7 @@ namespace {
 
 using Pair = std::pair<std::size_t, std::size_t>;  // key, element
 
-/// Elements of up to three neighbouring keys, in so many chunks, and what a loop over all keys makes of them.
+/// Sorts elements with up to three neighboring keys in some chunks, and compares with a loop over all keys.
 void sort_and_compare(std::size_t count, std::size_t keys, std::size_t chunks) {
   std::mt19937 random(unsigned(count + 31 * keys + chunks));
   std::vector<std::size_t> first(count), number(count);

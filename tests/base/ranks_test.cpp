@@ -11,7 +11,7 @@ namespace boxunion {
 namespace {
 
 TEST(Ranks, ArePositionsAmongTheDistinctNumbers) {
-  Ranks ranks;  // used again and again
+  Ranks ranks;  // reused
   std::mt19937 random(7);
   for (const std::uint32_t range : {1u, 10u, 5000u, 0xffffffffu})
     for (const std::size_t count : {3000u, 40u, 1u}) {
