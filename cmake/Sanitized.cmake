@@ -11,6 +11,7 @@ target_link_libraries(boxunion_sanitized PUBLIC ${dependencies} PRIVATE Boost::h
 target_compile_options(boxunion_sanitized PRIVATE -fsanitize=address,undefined ${sanitizer_options} -O1 -g1)
 target_link_options(boxunion_sanitized PUBLIC -fsanitize=address,undefined)
 target_precompile_headers(boxunion_sanitized PRIVATE ${precompiled_headers})
+boxunion_unite_sources(boxunion_sanitized)
 
 # boxunion_sanitized_program(name program): `program` with the sanitized library. Of a function that both have, the linker
 # takes the first one: the sanitized one.

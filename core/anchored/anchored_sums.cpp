@@ -22,7 +22,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 13;  // boxes
+constexpr std::size_t kSumGrain = 1 << 13;  // boxes
 
 /// A double as +-fraction * 2^(exponent - kBias). Zero has fraction 0.
 struct Parts {
@@ -368,7 +368,7 @@ MassTotals sum(const auto& boxes, const Anchored& anchored) {
   using Visitor = SumVisitor<kBits>;
   auto result = std::make_unique<MassTotals::Sums>();
   auto reaches = make_array<AnchoredBox>(boxes.size(), "boxes with a common corner");
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, boxes.size(), kSumGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) reaches[i] = Visitor::reach(anchored, boxes[i]);
   });
   const StairSweep sweep(std::move(reaches));
@@ -395,7 +395,7 @@ MassTotals sum(const auto& boxes, const Anchored& anchored) {
 std::array<Units, 3> find_units(const auto& boxes, const CommonCorner& corner) {
   using All = std::array<Units, 3>;
   All units = parallel_reduce(
-      0, boxes.size(), kGrain, All(),
+      0, boxes.size(), kSumGrain, All(),
       [&](std::size_t begin, std::size_t end, All before) {
         for (std::size_t i = begin; i < end; ++i)
           for (unsigned a = 0; a < 3; ++a) before[a].add(double(boxes[i][corner[a] ? a : a + 3]));

@@ -14,7 +14,7 @@ namespace boxunion {
 namespace {
 
 constexpr auto kWhat = "sorting the vertices into planes";
-constexpr std::size_t kGrain = 1 << 14;                             // vertices
+constexpr std::size_t kVertexGrain = 1 << 14;                       // vertices
 constexpr std::size_t kLeastChunk = 1 << 11, kMostChunk = 1 << 13;  // vertices
 constexpr std::uint32_t kCounted = 1 << 16;  // so many counters fit the cache of a core
 
@@ -72,7 +72,7 @@ class PlaneSort {
   /// Sorts by counting. Vertex i goes to key(i), which is less than `keys`.
   template <class Key>
   void by_counting(std::uint32_t keys, Key key) {
-    const std::size_t chunks = std::clamp(count_ / kGrain, std::size_t(1), thread_count());
+    const std::size_t chunks = std::clamp(count_ / kVertexGrain, std::size_t(1), thread_count());
     const auto keys_of = [&](std::size_t i, auto&& f) { f(key(i)); };
     CountingSort<std::uint32_t, decltype(keys_of)> sorting(count_, keys, chunks, keys_of);
     sorting.scatter([&](std::size_t i, std::uint32_t place) { order_.vertices[place] = vertex_(i); });
@@ -88,11 +88,11 @@ class PlaneSort {
 
   void by_sorting() {
     auto sorted = make_array<Keyed>(count_, kWhat);
-    parallel_ranges(0, count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(0, count_, kVertexGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) sorted[i] = Keyed{ordinal_(i)} << 32 | i;
     });
     radix_sort(std::span(sorted), ordinal_of);
-    parallel_ranges(0, count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(0, count_, kVertexGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         order_.vertices[i] = vertex_(static_cast<std::uint32_t>(sorted[i]));
     });
@@ -120,7 +120,7 @@ Planes make_planes(const Solid& solid) {
   };
   Planes planes;
   planes[2].vertices = make_array<PlaneVertex>(count, kWhat);
-  parallel_ranges(0, count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, count, kVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       planes[2].vertices[i] = {static_cast<std::uint32_t>(i), all[i].x, all[i].y, all[i].mask};
   });
@@ -134,7 +134,7 @@ Planes make_planes(const Solid& solid) {
   const Array<PlaneVertex>& by_x = planes[0].vertices;
   // a copy in the order by x; to read them from `all` would be random access
   auto x = make_array<std::uint32_t>(count, kWhat);
-  parallel_ranges(0, planes[0].planes(), kGrain / 4, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, planes[0].planes(), kVertexGrain / 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       const std::uint32_t first = planes[0].first[p];
       std::fill(x.begin() + first, x.begin() + planes[0].first[p + 1], all[by_x[first].vertex].x);

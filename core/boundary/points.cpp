@@ -14,7 +14,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;  // vertices
+constexpr std::size_t kFanGrain = 1 << 12;  // vertices
 
 [[noreturn]] void throw_too_many() {
   throw Error(ErrorKind::resources, "the boundary has more than 2^32 - 2 points");
@@ -36,7 +36,7 @@ Fans::Fans(const Solid& solid) {
 
 Array<std::uint32_t> Fans::vertices() const {
   auto vertices = make_array<std::uint32_t>(count_, "numbering the vertices' fans");
-  parallel_ranges(0, first_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, first_.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       std::fill(vertices.begin() + first_[i],
                 vertices.begin() + (i + 1 < first_.size() ? first_[i + 1] : count_), std::uint32_t(i));
@@ -87,13 +87,13 @@ Array<Point> Points::positions() const {
     return Point{x(v.x), y(v.y), z(v.z)};
   };
   if (contacts_ == NonManifold::keep) {
-    parallel_ranges(0, positions.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(0, positions.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) positions[i] = position(std::uint32_t(i));
     });
     return positions;
   }
   const Array<std::uint32_t> vertices = fans_.vertices();
-  parallel_ranges(0, vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, vertices.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) positions[i] = position(vertices[i]);
   });
   for (std::size_t i = 0; i < midpoints_.size(); ++i) {

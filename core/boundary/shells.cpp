@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 11;  // faces
+constexpr std::size_t kFaceGrain = 1 << 11;  // faces
 
 /// A rectangle of the y-z plane, lo <= p < hi.
 struct Rectangle {
@@ -203,7 +203,7 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
     shells.bodies += !cavity;
   }
   shells.of_face.resize(faces.size());
-  parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, faces.size(), kFaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t face = begin; face < end; ++face)
       shells.of_face[face] =
           shell_of[sets.find(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]))];

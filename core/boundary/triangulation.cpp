@@ -13,7 +13,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 10;  // faces
+constexpr std::size_t kTriangulatedGrain = 1 << 10;  // faces
 constexpr std::uint32_t kNone = Points::kNone;
 
 [[noreturn]] void throw_too_many() {
@@ -275,14 +275,14 @@ Triangulation triangulate(std::span<const Point> points, const Faces& faces) {
     result.first.resize(faces.size() + 1);
   });
   // The n + 2 * holes - 2 triangles of a face come after those of the faces before it.
-  parallel_ranges(0, faces.size() + 1, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, faces.size() + 1, kTriangulatedGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       const std::size_t loops = faces.first_loop[f];
       result.first[f] = static_cast<std::uint32_t>(faces.first_point[loops] + 2 * (loops - f) - 2 * f);
     }
   });
   PerThread<FaceTriangulator> triangulators(FaceTriangulator(points, faces));
-  parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_ranges(0, faces.size(), kTriangulatedGrain, [&](std::size_t begin, std::size_t end) {
     FaceTriangulator& triangulator = triangulators.local();
     for (std::size_t f = begin; f < end; ++f)
       triangulator.triangulate(f, result.triangles.data() + result.first[f]);

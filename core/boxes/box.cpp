@@ -11,7 +11,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 16;
+constexpr std::size_t kCheckGrain = 1 << 16;
 constexpr const char* kCoordinateNames[6] = {"xmin", "ymin", "zmin", "xmax", "ymax", "zmax"};
 
 bool is_valid(const IntegerBox& box) {
@@ -46,7 +46,7 @@ std::size_t find_invalid(const BoxSet& set) {
         if (!is_valid(boxes[i])) return i;
       return first;
     };
-    return parallel_reduce(0, boxes.size(), kGrain, boxes.size(), first_in_range,
+    return parallel_reduce(0, boxes.size(), kCheckGrain, boxes.size(), first_in_range,
                            [](std::size_t a, std::size_t b) { return std::min(a, b); });
   });
 }
@@ -75,7 +75,7 @@ std::size_t count_degenerate(const BoxSet& set) {
       for (std::size_t i = begin; i < end; ++i) count += is_degenerate(boxes[i]);
       return count;
     };
-    return parallel_reduce(0, boxes.size(), kGrain, std::size_t{0}, count_range, std::plus<>());
+    return parallel_reduce(0, boxes.size(), kCheckGrain, std::size_t{0}, count_range, std::plus<>());
   });
 }
 

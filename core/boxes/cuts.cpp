@@ -8,7 +8,7 @@ namespace boxunion {
 namespace {
 
 constexpr double kNotablyFewer = 0.9, kFewCopies = 1.5;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 /// The sorted ends of the boxes of a sample on one axis.
 struct Ends {
@@ -28,7 +28,7 @@ struct Ends {
   /// The next coordinate after x at which a box begins or ends.
   double next(double x) const {
     const auto begin = std::ranges::upper_bound(lo, x), end = std::ranges::upper_bound(hi, x);
-    return std::min(begin == lo.end() ? kInfinity : *begin, end == hi.end() ? kInfinity : *end);
+    return std::min(begin == lo.end() ? kNoEnd : *begin, end == hi.end() ? kNoEnd : *end);
   }
 };
 
@@ -38,9 +38,9 @@ Cuts cut_axis(const Ends& ends, int axis, std::size_t count, std::size_t most) {
   cuts.axis = axis;
   const std::size_t size = ends.lo.size();
   std::size_t largest = 0, all = 0;
-  for (double begin = -kInfinity, end; begin < kInfinity; begin = end) {
+  for (double begin = -kNoEnd, end; begin < kNoEnd; begin = end) {
     const std::size_t before = ends.ended_before(begin);
-    end = kInfinity;
+    end = kNoEnd;
     if (cuts.at.size() + 1 < most && before + count < size) {
       end = ends.lo[before + count];
       if (end <= begin || end == ends.lo.front()) end = ends.next(std::max(begin, ends.lo.front()));
@@ -48,7 +48,7 @@ Cuts cut_axis(const Ends& ends, int axis, std::size_t count, std::size_t most) {
     const std::size_t here = ends.begun_before(end) - before;
     largest = std::max(largest, here);
     all += here;
-    if (end < kInfinity) cuts.at.push_back(end);
+    if (end < kNoEnd) cuts.at.push_back(end);
   }
   cuts.largest = double(largest) / double(size);
   cuts.copies = double(all) / double(size);

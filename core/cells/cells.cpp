@@ -22,8 +22,6 @@ constexpr double kMostMisjudged = 8;     // times its estimate, of cells that bo
 constexpr std::size_t kMostDepth = 8;    // of grids within grids
 constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
 
-constexpr std::uint64_t kOnes = packed::pack(1, 1, 1);
-
 using packed::field;
 
 /// Sorts numbers of [lo, hi) and drops those that are there already.
@@ -121,7 +119,7 @@ void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
   sums_ = sums;
   first_box_ = std::uint32_t(batch.boxes.size());
   const std::size_t first_cell = batch.cells.size();
-  const PackedRegion tile{kOnes, packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
+  const PackedRegion tile{packed::kOnes, packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1)};
   tile_end_ = tile.hi;
   const bool clusters = !tuning_.cell && is_empty_without_boxes(steps);
   if (clusters && clusters_.find(boxes, std::ranges::max(edge))) {
@@ -174,7 +172,7 @@ void TileCutter::add_covered_tile(const std::array<std::uint32_t, 3>& edge, Latt
   sums_ = sums;
   reach_ = {};
   tile_end_ = packed::pack(edge[0] + 1, edge[1] + 1, edge[2] + 1);
-  add_covered({kOnes, tile_end_});
+  add_covered({packed::kOnes, tile_end_});
 }
 
 /// 0 .. count - 1
@@ -247,7 +245,8 @@ bool TileCutter::may_have_vertices(const PackedRegion& region, Items items) cons
     for (int a = 0; a < 3; ++a)
       if (field(region.hi, a) == field(tile_end_, a)) axes |= packed::guard(a);
   const auto owned = [&](std::uint64_t corner) {
-    return ((corner | packed::kGuards) - region.lo) & (((region.hi - kOnes) | packed::kGuards) - corner);
+    return ((corner | packed::kGuards) - region.lo) &
+           (((region.hi - packed::kOnes) | packed::kGuards) - corner);
   };
   for (std::size_t i = 0; i < items.size() && axes != packed::kGuards; ++i)
     axes |= (owned(boxes_[items[i]].lo) | owned(boxes_[items[i]].hi)) & packed::kGuards;
@@ -534,8 +533,8 @@ std::size_t TileCutter::merge_equal_clips(const PackedRegion& region, std::span<
 }
 
 void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) {
-  Cell cell{region.lo - kOnes, region.hi - region.lo + kOnes, std::uint32_t(batch_->items.size()),
-            std::uint32_t(items.size())};
+  Cell cell{region.lo - packed::kOnes, region.hi - region.lo + packed::kOnes,
+            std::uint32_t(batch_->items.size()), std::uint32_t(items.size())};
   if (sums_)
     for (int a = 0; a < 3; ++a)
       if (field(region.hi, a) == field(tile_end_, a)) cell.last |= packed::guard(a);
@@ -551,7 +550,7 @@ void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) 
 void TileCutter::add_covered(const PackedRegion& region) {
   reach_.extend({region.lo, region.hi}, region);
   ++statistics_.covered_cells;
-  if (sums_ && region.hi == tile_end_) add_inside(*sums_, {kOnes, tile_end_});
+  if (sums_ && region.hi == tile_end_) add_inside(*sums_, {packed::kOnes, tile_end_});
 }
 
 }  // namespace boxunion

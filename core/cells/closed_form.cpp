@@ -10,8 +10,6 @@ namespace {
 
 using Corner = std::array<std::uint32_t, 3>;
 
-constexpr std::uint64_t kOnes = packed::pack(1, 1, 1);
-
 constexpr Corner unpack(std::uint64_t p) {
   return {packed::field(p, 0), packed::field(p, 1), packed::field(p, 2)};
 }
@@ -87,11 +85,12 @@ const PairTable& pair_table() {
 }  // namespace
 
 void add_inside(LatticeSums& sums, const PackedRegion& region) {
-  sums.add_box(unpack(region.lo - kOnes), unpack(region.hi - kOnes), {0, 0, 0});
+  sums.add_box(unpack(region.lo - packed::kOnes), unpack(region.hi - packed::kOnes), {0, 0, 0});
 }
 
 void add_lone(LatticeSums& sums, const PackedBox& box, const PackedRegion& tile) {
-  if (is_inside(box, tile)) return sums.add_box(unpack(box.lo - kOnes), unpack(box.hi - kOnes), {2, 2, 2});
+  if (is_inside(box, tile))
+    return sums.add_box(unpack(box.lo - packed::kOnes), unpack(box.hi - packed::kOnes), {2, 2, 2});
   std::uint64_t lo = box.lo;
   Corner ends;
   for (int a = 0; a < 3; ++a) {
@@ -99,12 +98,12 @@ void add_lone(LatticeSums& sums, const PackedBox& box, const PackedRegion& tile)
     if (!begins) lo = packed::with_field(lo, a, 1);
     ends[a] = std::uint32_t(begins) + std::uint32_t(packed::field(box.hi, a) < packed::field(tile.hi, a));
   }
-  sums.add_box(unpack(lo - kOnes), unpack(box.hi - kOnes), ends);
+  sums.add_box(unpack(lo - packed::kOnes), unpack(box.hi - packed::kOnes), ends);
 }
 
 void add_pair(LatticeSums& sums, const PackedBox& a, const PackedBox& b) {
-  const Corner a_lo = unpack(a.lo - kOnes), a_hi = unpack(a.hi - kOnes), b_lo = unpack(b.lo - kOnes),
-               b_hi = unpack(b.hi - kOnes);
+  const Corner a_lo = unpack(a.lo - packed::kOnes), a_hi = unpack(a.hi - packed::kOnes),
+               b_lo = unpack(b.lo - packed::kOnes), b_hi = unpack(b.hi - packed::kOnes);
   Corner lo, hi, related;
   for (unsigned c = 0; c < 3; ++c) {
     lo[c] = std::max(a_lo[c], b_lo[c]);

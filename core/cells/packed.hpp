@@ -20,6 +20,7 @@ inline constexpr std::uint64_t kGuards = std::uint64_t{PACKED_GUARDS_HIGH} << 32
 constexpr std::uint64_t pack(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   return x | std::uint64_t{y} << kStride | std::uint64_t{z} << (2 * kStride);
 }
+inline constexpr std::uint64_t kOnes = pack(1, 1, 1);
 constexpr std::uint32_t field(std::uint64_t p, int axis) {
   return std::uint32_t(p >> (kStride * axis)) & kMax;
 }

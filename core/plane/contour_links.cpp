@@ -31,7 +31,6 @@ constexpr auto kTurns = [] {
   return turns;
 }();
 
-constexpr std::uint32_t kRising = 1u << left_below | 1u << right_above;
 constexpr std::uint32_t kFalling = 1u << right_below | 1u << left_above;
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "boxunion/contour.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/ranks.hpp"
+#include "core/boundary/planes.hpp"
 
 namespace boxunion {
 
@@ -27,6 +28,9 @@ class ContourColumns {
   std::size_t count_;
   Ranks ranks_;
 };
+
+/// The quadrants of a vertex where two corners touch, one of them below to the left.
+inline constexpr std::uint32_t kRising = 1u << left_below | 1u << right_above;
 
 /// Links the corners of a contour to loops, with the inside to the left.
 ///

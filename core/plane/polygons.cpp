@@ -118,8 +118,6 @@ BandLoops trace(const Contour& contour, const ContourLinks& links, const Contour
   return loops;
 }
 
-constexpr std::uint32_t kRising = 1u << left_below | 1u << right_above;
-
 /// How many more left ends of intervals a column has above a vertex than below, by the quadrants of the
 /// vertex.
 constexpr auto kLeftEnds = [] {

@@ -14,7 +14,7 @@ namespace boxunion {
 namespace {
 
 constexpr auto kWhat = "collecting the vertices";
-constexpr std::size_t kGrain = 1 << 15;  // vertices
+constexpr std::size_t kVertexGrain = 1 << 15;  // vertices
 
 /// Moves the lists of all parts into one array.
 template <class Part, class T>
@@ -62,7 +62,7 @@ Solid SolidSink::take() {
     Array<std::uint64_t> codes = collect(parts_, &Part::codes);
     radix_sort(std::span(codes));
     solid.vertices = make_array<Vertex>(codes.size(), kWhat);
-    parallel_ranges(0, codes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(0, codes.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) solid.vertices[i] = code_.decode(codes[i]);
     });
   } else {

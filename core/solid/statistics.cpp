@@ -10,7 +10,7 @@
 namespace boxunion {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 15;
+constexpr std::size_t kBoxGrain = 1 << 15;
 
 /// Exact sums over boxes of 32-bit integers. Edges are below 2^32, so 2^32 boxes fit.
 class IntegerSums {
@@ -118,7 +118,7 @@ BoxSummer::~BoxSummer() = default;
 
 void BoxSummer::add(const BoxSet& set) {
   set.visit([&]<class T>(const std::vector<BoxOf<T>>& boxes) {
-    parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_ranges(0, boxes.size(), kBoxGrain, [&](std::size_t begin, std::size_t end) {
       Share& mine = shares_->local();
       for (std::size_t i = begin; i < end; ++i) {
         const BoxOf<T>& b = boxes[i];

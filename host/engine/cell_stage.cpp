@@ -16,7 +16,7 @@ namespace boxunion {
 namespace {
 
 using u32 = std::uint32_t;
-struct Parameters {
+struct CellParameters {
   CELL_PARAMETERS
 };
 
@@ -103,7 +103,7 @@ void NativeCells::compute(const CellBatch& batch, void* const* buffers, u32 capa
     for (std::size_t r = begin; r < end; ++r) {
       if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
       const auto run = static_cast<u32>(r);
-      const Parameters parameters{run, run + 1, capacity, 2};
+      const CellParameters parameters{run, run + 1, capacity, 2};
       source_.native(buffers, &parameters, 0, 1);
     }
   });
@@ -180,8 +180,8 @@ void CellStage::begin(const CellBatch& batch) {
 
 void CellStage::dispatch(u32 first_run, u32 end_run) {
   const std::size_t capacity = out_->bytes() / sizeof(Vertex);
-  const Parameters parameters{first_run, end_run,
-                              static_cast<u32>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
+  const CellParameters parameters{first_run, end_run,
+                                  static_cast<u32>(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
   std::vector<Buffer*> buffers{box_.get(), item_.get(), cell_.get(), run_.get(), out_.get(), total_.get()};
   if (sink_.programs) buffers.insert(buffers.end(), {program_.get(), step_.get()});
   if (sink_.sums) buffers.push_back(weights_.get());

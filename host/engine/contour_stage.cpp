@@ -13,7 +13,7 @@ namespace boxunion {
 namespace {
 
 using u32 = std::uint32_t;
-struct Parameters {
+struct ContourParameters {
   CONTOUR_PARAMETERS
 };
 
@@ -69,7 +69,7 @@ void ContourStage::run_range(const Tiles& tiles, std::size_t first, std::size_t 
   u32 total = 0;
   for (bool fits = false; !fits;) {
     const std::size_t capacity = vertex_->bytes() / sizeof(ContourVertex);
-    const Parameters parameters{count, u32(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
+    const ContourParameters parameters{count, u32(std::min<std::size_t>(capacity, 0xffffffffu)), 2};
     device_.clear(*total_, total_->bytes());
     Buffer* const buffers[] = {tile_.get(), rectangle_.get(), found_.get(), vertex_.get(), total_.get()};
     device_.dispatch(*kernel_, buffers, std::as_bytes(std::span(&parameters, 1)), count);

@@ -1,6 +1,5 @@
 #include "host/files/zip.hpp"
 
-#define ZLIB_CONST  // zlib input is const
 #include <zlib.h>
 
 #include <algorithm>
