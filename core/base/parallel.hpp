@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 #include "core/base/plain_threads.hpp"
@@ -31,28 +32,6 @@ namespace library = tbb;
 
 /// How many threads work at once.
 std::size_t thread_count();
-
-/// While it lives, parallel work that its thread starts ends with Error(interrupted) soon after a flag has
-/// become true.
-class Interruptible {
- public:
-  /// `flag` may be null.
-  explicit Interruptible(const std::atomic<bool>* flag) : outer_(std::exchange(flag_, flag)) {}
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-  ~Interruptible() { flag_ = outer_; }
-
-  /// What the innermost one of this thread watches, or null.
-  static const std::atomic<bool>* flag() { return flag_; }
-  /// Throws Error(interrupted) if that has become true.
-  static void check() {
-    if (flag_ && *flag_) throw Error(ErrorKind::interrupted, "interrupted");
-  }
-
- private:
-  static inline thread_local const std::atomic<bool>* flag_ = nullptr;
-  const std::atomic<bool>* outer_;
-};
 
 // Parallel work may start more of it. A thread that waits for what it started does nothing else meanwhile, so
 // that what PerThread gave it stays its own.

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/base/sample.hpp"
 #include "core/cells/closed_form.hpp"
 #include "core/cells/halving.hpp"
@@ -255,7 +256,7 @@ bool TileCutter::may_have_vertices(const PackedRegion& region, Items items) cons
 
 /// Cuts a region, whatever its boxes are, into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth) {
-  if (tuning_.interrupted && *tuning_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+  Interruptible::check();
   if (!steps.empty()) {
     const Filling filling = reduce(region, items, steps, levels_[depth]);
     if (filling == Filling::nothing) return;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <span>
@@ -86,8 +85,6 @@ class TileCutter {
   struct Tuning {
     std::uint32_t cell = 0;  ///< edge of a cell in ordinals, rounded up to a power of two; 0: by estimate
     std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is cut again; 0: what proved fastest
-    const std::atomic<bool>* interrupted =
-        nullptr;  ///< where it becomes true, cut() throws Error(interrupted)
   };
   /// `operands` of the expressions to come; 0 if all tiles are unions.
   explicit TileCutter(Tuning tuning, std::size_t operands = 0);

@@ -88,10 +88,9 @@ TileGrid::Plan TileGrid::plan(std::span<const OrdinalSource> sources, const Ordi
   return plan;
 }
 
-TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted)
+TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan)
     : plan_(plan),
       words_(std::ranges::max(plan.log_edge)),
-      interrupted_(interrupted),
       chunks_(std::clamp<std::size_t>(source.size() / (4 * plan.count() + 1), 1, kMostChunks)) {
   first_index_ = index(plan.first[0], plan.first[1], plan.first[2]);
   for (std::size_t c = 0; c < chunks_.size(); ++c) {
@@ -146,7 +145,7 @@ template <class F>
 void TileGrid::read(const OrdinalSource& source, const Chunk& chunk, F&& f) const {
   constexpr std::size_t kPiece = 1u << 15;
   for (std::size_t i = chunk.begin; i < chunk.end; i += kPiece) {
-    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    Interruptible::check();
     if (chunk.touched > chunk.most_touched) return;
     source.read(i, std::min(i + kPiece, chunk.end), f);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -66,9 +65,8 @@ class TileGrid {
   static constexpr std::size_t kSample = 512;
 
   /// Puts the boxes of a source into tiles. Gives up if they touch more than plan.most_touched tiles; the
-  /// grid is then useless. Throws Error(resources) if memory does not suffice, and Error(interrupted) soon
-  /// after `interrupted` becomes true.
-  TileGrid(const OrdinalSource& source, const Plan& plan, const std::atomic<bool>* interrupted = nullptr);
+  /// grid is then useless. Throws Error(resources) if memory does not suffice.
+  TileGrid(const OrdinalSource& source, const Plan& plan);
 
   /// True if it has given up. It then takes another plan, from a larger sample.
   bool misjudged() const { return misjudged_; }
@@ -149,7 +147,6 @@ class TileGrid {
   Plan plan_;
   PackedWords words_;
   std::size_t first_index_ = 0;  // of the first tile, counted from ordinal 0
-  const std::atomic<bool>* interrupted_;
   std::vector<Chunk> chunks_;
   std::uint32_t block_ = 0;            // words of a block, a power of two
   std::vector<std::uint8_t> covered_;  // by tile

@@ -1,7 +1,7 @@
 #include <vector>
 
 #include "boxunion/components.hpp"
-#include "core/base/interruptible_loop.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/models/box_faces.hpp"
 
 namespace boxunion {

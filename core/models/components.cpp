@@ -9,7 +9,7 @@
 #include "boxunion/error.hpp"
 #include "core/base/disjoint_sets.hpp"
 #include "core/base/exact.hpp"
-#include "core/base/interruptible_loop.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/models/box_faces.hpp"

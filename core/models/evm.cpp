@@ -4,7 +4,7 @@
 
 #include "boxunion/error.hpp"
 #include "boxunion/octants.hpp"
-#include "core/base/interruptible_loop.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/base/radix_sort.hpp"
 #include "core/models/sections.hpp"
 #include "core/slices/xor_merge.hpp"

@@ -88,7 +88,7 @@ class CellProblem final : public BenchProblem {
       if (batch_.cells.size() >= size || count >= most_cubes) break;
     }
     keep_first(batch_, size);
-    expected_ = result([&](const CellSink& sink) { NativeCells(kind_.kernel, sink, nullptr).run(batch_); });
+    expected_ = result([&](const CellSink& sink) { NativeCells(kind_.kernel, sink).run(batch_); });
     describe_batch(NullSinks(*this).sink);
   }
 

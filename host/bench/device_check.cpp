@@ -10,6 +10,7 @@
 #include "boxunion/generate.hpp"
 #include "boxunion/octants.hpp"
 #include "boxunion/union.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/cells/expression.hpp"
 #include "core/solid/mass_sink.hpp"
 #include "core/solid/solid_sink.hpp"
@@ -162,11 +163,10 @@ std::vector<KernelCheck> check_native_kernels() {
 }
 
 std::vector<DeviceCheck> check_devices(const std::function<void(const DeviceCheck&)>& done,
-                                       const std::shared_ptr<const TunedLaunches>& tuned,
-                                       const std::atomic<bool>* interrupted) {
+                                       const std::shared_ptr<const TunedLaunches>& tuned) {
   std::vector<DeviceCheck> checks;
   for (const DeviceInfo& info : list_devices()) {
-    if (interrupted && *interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+    Interruptible::check();
     DeviceCheck& check = checks.emplace_back(DeviceCheck{info});
     if (info.id == "native") check.kernels = check_native_kernels();
     check.failure = failure_of([&] {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -39,10 +38,8 @@ std::vector<KernelCheck> check_kernels(Device& device,
 std::vector<KernelCheck> check_native_kernels();
 
 /// Checks all devices of this machine, including native by check_native_kernels. Calls `done` after each.
-/// Takes seconds, mostly for drivers that compile kernels. Throws Error(interrupted) soon after `interrupted`
-/// becomes true.
+/// Takes seconds, mostly for drivers that compile kernels. Interruptible.
 std::vector<DeviceCheck> check_devices(const std::function<void(const DeviceCheck&)>& done,
-                                       const std::shared_ptr<const TunedLaunches>& tuned = {},
-                                       const std::atomic<bool>* interrupted = nullptr);
+                                       const std::shared_ptr<const TunedLaunches>& tuned = {});
 
 }  // namespace boxunion

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 #include "host/bench/bench_problem.hpp"
 #include "host/device/backend.hpp"
 #include "host/device/kernels.hpp"
@@ -188,8 +189,7 @@ class Bench {
       for (const Density density : densities_)
         for (const std::uint32_t size : sizes)
           for (const Launch& launch : launches_of(info, kernel, options_)) {
-            if (options_.interrupted && *options_.interrupted)
-              throw Error(ErrorKind::interrupted, "interrupted");
+            Interruptible::check();
             const BenchProblem& problem = find_problem(kernel, density, size);
             BenchCase& result = results_.cases.emplace_back(problem.describe());
             result.device = info.id;

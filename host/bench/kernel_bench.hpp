@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,7 +36,6 @@ struct KernelBenchOptions {
   bool every_launch = false;                     ///< empty shapes and workgroups mean all that may be fast
   std::uint32_t repetitions = 9;                 ///< timed runs of a case, at least 1
   std::shared_ptr<const TunedLaunches> tuned{};  ///< launches to use instead of the device's defaults
-  const std::atomic<bool>* interrupted = nullptr;
 };
 
 /// The times of one run of a case. Wall time is from the batch in host memory to the result in host memory.

@@ -133,7 +133,6 @@ Options engine_options(const Common& common, ProgressBar& bar) {
     bar.clear();
     warn(text);
   };
-  options.interrupted = common.interrupted;
   options.tuning.tuned = tuned_launches();
   return options;
 }
@@ -173,7 +172,7 @@ BoundaryWriter::BoundaryWriter(const std::string& output, const BoundaryOptions&
     : output_(output),
       options_(options),
       common_(common),
-      file_(open_output(output, common.interrupted, FileUse::boundary, &outputs)) {}
+      file_(open_output(output, FileUse::boundary, &outputs)) {}
 
 void BoundaryWriter::write(const Solid& solid, const Options& options, Report& report) {
   const NonManifold contacts = contacts_of(options_, output_);
@@ -203,10 +202,10 @@ void measure(const std::string& input, const Common& common) {
   Report report;
   std::size_t boxes = 0, degenerate = 0;
   std::optional<std::uint64_t> slabs;
-  const MassProperties mass = with_threads(common.engine.threads, common.interrupted, [&] {
+  const MassProperties mass = with_threads(common.engine, [&] {
     if (common.budget) {
       const Options options = engine_options(common, bar);
-      const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
+      const auto file = open_boxes(input, *common.budget, common.volume);
       ExternalUnion external(*file, options, *common.budget, report);
       const MassProperties found = external.measure();
       boxes = file->size();
@@ -214,7 +213,7 @@ void measure(const std::string& input, const Common& common) {
       slabs = external.slabs();
       return found;
     }
-    const BoxSet set = read_boxes(input, common.interrupted, common.volume);
+    const BoxSet set = read_boxes(input, nullptr, common.volume);
     boxes = set.size();
     degenerate = count_degenerate(set);
     return boxunion::measure(set, engine_options(common, bar), &report);
@@ -261,14 +260,14 @@ void boundary_within(const std::string& input, const std::string& output,
                      const BoundaryOptions& boundary_options, const Common& common) {
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
-  OutputFile out = open_output(output, common.interrupted, FileUse::boundary, &outputs);
+  OutputFile out = open_output(output, FileUse::boundary, &outputs);
   const Options options = engine_options(common, bar);
   Report report;
   ExternalBoundary found;
   std::uint64_t slabs = 0;
   const bool has_faces = common.json || is_mesh(output);
-  with_threads(common.engine.threads, common.interrupted, [&] {
-    const auto file = open_boxes(input, *common.budget, common.interrupted, common.volume);
+  with_threads(common.engine, [&] {
+    const auto file = open_boxes(input, *common.budget, common.volume);
     ExternalUnion external(*file, options, *common.budget, report);
     if (has_faces)
       found = write_boundary(external, contacts_of(boundary_options, output), boundary_options.triangles,
@@ -304,9 +303,9 @@ void boundary(const std::string& input, const std::string& output, const Boundar
   BoundaryWriter writer(output, boundary_options, common, outputs);
   const Options options = engine_options(common, bar);
   Report report;
-  with_threads(common.engine.threads, common.interrupted, [&] {
+  with_threads(common.engine, [&] {
     bar.show_part(0, 0.3);
-    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
+    const Solid solid = unite(read_boxes(input, nullptr, common.volume), options, &report);
     bar.show_part(0.3, 0.8);  // the rest is writing
     writer.write(solid, options, report);
   });
@@ -320,8 +319,8 @@ void boundary(const std::string& input, const std::string& output, const Boundar
 void generate(const BoxGenerator& generator, const std::string& output, const Common& common) {
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
-  OutputFile file = open_output(output, common.interrupted, FileUse::boxes, &outputs);
-  with_threads(common.engine.threads, common.interrupted, [&] {
+  OutputFile file = open_output(output, FileUse::boxes, &outputs);
+  with_threads(common.engine, [&] {
     BoxWriter<std::int32_t> writer(file, generator.count);
     std::uint64_t done = 0;
     generator.run([&](std::span<const IntegerBox> boxes) {
@@ -339,10 +338,9 @@ void generate(const BoxGenerator& generator, const std::string& output, const Co
 void generate_volume(const std::function<Volume()>& generator, bool as_voxels, const std::string& output,
                      const Common& common) {
   OutputGroup outputs;
-  OutputFile file =
-      open_output(output, common.interrupted, as_voxels ? FileUse::voxels : FileUse::boxes, &outputs);
+  OutputFile file = open_output(output, as_voxels ? FileUse::voxels : FileUse::boxes, &outputs);
   Result count;
-  with_threads(common.engine.threads, common.interrupted, [&] {
+  with_threads(common.engine, [&] {
     const Volume volume = generator();
     if (as_voxels) {
       count = count_result("voxels", volume.grid.voxels());

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -17,7 +16,7 @@
 #include "host/external/external_union.hpp"
 
 // The subcommands of the command line. Each prints its results to stdout, and progress and warnings to
-// stderr. It throws Error, and ends with Error(interrupted) soon after `interrupted` becomes true.
+// stderr. It throws Error, and is interruptible (see Interruptible).
 
 namespace boxunion::command {
 
@@ -28,7 +27,6 @@ struct Common {
   /// Limits of memory and scratch. If empty, all boxes are held in memory.
   std::optional<Budget> budget;
   bool json = false, quiet = false;
-  const std::atomic<bool>* interrupted = nullptr;
 };
 
 /// Prints the mass properties of the union of the boxes in `input`.

@@ -103,7 +103,6 @@ void bench(const BenchOptions& bench_options, const Common& common) {
   if (!bench_options.compare.empty())
     return compare(bench_options.compare.at(0), bench_options.compare.at(1));
   KernelBenchOptions options = bench_options.cases;
-  options.interrupted = common.interrupted;
   options.tuned = tuned_launches();
   options.every_launch = bench_options.tune.has_value();
   if (bench_options.quick) {
@@ -120,10 +119,10 @@ void bench(const BenchOptions& bench_options, const Common& common) {
   OutputGroup outputs;
   std::optional<OutputFile> json, tuning;
   if (bench_options.tune) tuning.emplace(open_tuning_file(tuning_file, &outputs));
-  if (!bench_options.json.empty()) json.emplace(bench_options.json, common.interrupted, &outputs);
+  if (!bench_options.json.empty()) json.emplace(bench_options.json, &outputs);
 
   std::string last_device;
-  const BenchResults results = with_threads(common.engine.threads, common.interrupted, [&] {
+  const BenchResults results = with_threads(common.engine, [&] {
     return run_kernel_bench(options, [&](const BenchDevice& device, const BenchCase& c) {
       if (!device.error.empty()) return warn(fmt::format("{} is skipped: {}", device.info.id, device.error));
       if (last_device != device.info.id) print(device_text(device));

@@ -45,7 +45,7 @@ void check_devices(const Common& common) {
         json += (json.empty() ? "" : ", ") + json_of(check);
         if (!check.is_ok()) failed += (failed.empty() ? "" : ", ") + check.info.id;
       },
-      tuned_launches(), common.interrupted);
+      tuned_launches());
   if (common.json) print(fmt::format("{{\"devices\": [{}]}}\n", json));
   if (!failed.empty()) throw Error(ErrorKind::device, fmt::format("{} failed the check", failed));
 }

@@ -93,11 +93,11 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
   std::optional<BoundaryWriter> writer;
   if (!output.empty()) writer.emplace(output, boundary_options, common, outputs);
   std::optional<OutputFile> boxes_file;
-  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, common.interrupted, FileUse::boxes, &outputs));
+  if (!boxes.empty()) boxes_file.emplace(open_output(boxes, FileUse::boxes, &outputs));
   const Options options = engine_options(common, bar);
   Report report;
   std::vector<Result> results{string_result("expression", text)};
-  with_threads(common.engine.threads, common.interrupted, [&] {
+  with_threads(common.engine, [&] {
     std::vector<BoxSet> sets;
     sets.reserve(files.size());
     for (const NamedFile& file : files) sets.push_back(held.read(file.path));

@@ -51,15 +51,15 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   ProgressBar bar(common.quiet);
   OutputGroup outputs;
   std::optional<OutputFile> file;
-  if (!output.empty()) file.emplace(open_output(output, common.interrupted, FileUse::boxes, &outputs));
+  if (!output.empty()) file.emplace(open_output(output, FileUse::boxes, &outputs));
   Report report;
   const std::optional<BoxModel> model = box_model(decompose_options.model);
   std::vector<Result> results = {string_result("model", name(decompose_options.model))};
   std::optional<std::uint64_t> slabs;
-  with_threads(common.engine.threads, common.interrupted, [&] {
+  with_threads(common.engine, [&] {
     const Options options = engine_options(common, bar);
     if (common.budget) {
-      const auto boxes = open_boxes(input, *common.budget, common.interrupted, common.volume);
+      const auto boxes = open_boxes(input, *common.budget, common.volume);
       ExternalUnion solid(*boxes, options, *common.budget, report);
       const ExternalModel made = decompose(solid, model, decompose_options.order,
                                            decompose_options.connectivity, std::move(file), report);
@@ -67,8 +67,8 @@ void decompose(const std::string& input, const std::string& output, const Decomp
       slabs = solid.slabs();
       return;
     }
-    const Solid solid = unite(read_boxes(input, common.interrupted, common.volume), options, &report);
-    Stages stages(report, common.interrupted);
+    const Solid solid = unite(read_boxes(input, nullptr, common.volume), options, &report);
+    Stages stages(report);
     const auto& order = decompose_options.order;
     const Evm evm = order || !model ? make_evm(solid, order.value_or(kAxisOrders[0]))
                                     : make_evm_of_fewest_boxes(solid, *model);

@@ -20,18 +20,18 @@ namespace {
 /// The files that `label` writes. They are opened before the work that fills them.
 struct LabelFiles {
   std::optional<OutputFile> labels, components;
-  LabelFiles(const std::string& output, FileUse use, const LabelOptions& label_options, const Common& common,
+  LabelFiles(const std::string& output, FileUse use, const LabelOptions& label_options,
              OutputGroup& outputs) {
-    if (!output.empty()) labels.emplace(open_output(output, common.interrupted, use, &outputs));
+    if (!output.empty()) labels.emplace(open_output(output, use, &outputs));
     if (!label_options.components.empty())
-      components.emplace(open_output(label_options.components, common.interrupted, FileUse::boxes, &outputs));
+      components.emplace(open_output(label_options.components, FileUse::boxes, &outputs));
   }
 };
 
 /// Labels runs of voxels. This needs no union.
 std::vector<Result> label_voxels_of(const std::string& input, LabelFiles files, Connectivity connectivity,
                                     const Common& common) {
-  const Volume volume = read_volume(input, common.volume, common.interrupted);
+  const Volume volume = read_volume(input, common.volume);
   Report report;
   Stopwatch watch(report);
   Array<std::uint32_t> labels;
@@ -53,7 +53,7 @@ std::vector<Result> label_boxes_of(const std::string& input, LabelFiles files, C
   constexpr AxisOrder kOrder = {2, 1, 0};  // like voxels: numbered by their first points in z, y, x
   Report report;
   const Solid solid = unite(held.read(input), engine_options(common, bar), &report);
-  Stages stages(report, common.interrupted);
+  Stages stages(report);
   const Decomposition boxes = decompose(make_evm(solid, kOrder), BoxModel::cudb);
   stages.finish("boxes");
   const Labels labels = label_components(boxes, connectivity);
@@ -76,8 +76,8 @@ void label(const std::string& input, const std::string& output, const LabelOptio
   HeldBoxes held(common);
   const bool volume = is_volume(input);
   OutputGroup outputs;
-  LabelFiles files(output, volume ? FileUse::voxels : FileUse::boxes, label_options, common, outputs);
-  std::vector<Result> results = with_threads(common.engine.threads, common.interrupted, [&] {
+  LabelFiles files(output, volume ? FileUse::voxels : FileUse::boxes, label_options, outputs);
+  std::vector<Result> results = with_threads(common.engine, [&] {
     return volume ? label_voxels_of(input, std::move(files), label_options.connectivity, common)
                   : label_boxes_of(input, std::move(files), label_options.connectivity, held, common, bar);
   });

@@ -39,8 +39,8 @@ constexpr std::uint64_t kLeast = std::uint64_t{32}
 
 /// Makes all threads work at the same time, once, so that the thread library starts them. Gives up soon if
 /// the system has no time for all of them.
-void start_threads(int threads) {
-  with_threads(threads, nullptr, [] {
+void start_threads(const Options& options) {
+  with_threads(options, [] {
     const std::size_t all = thread_count();
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
     std::atomic<std::size_t> working = 0;
@@ -67,7 +67,7 @@ std::uint64_t asked_for() {
 
 void limit_memory(std::uint64_t bytes, const Options& options) {
   if (is_sanitized() || open_device(options.device)->info().id != "native") return;
-  start_threads(options.threads);
+  start_threads(options);
   const std::uint64_t most = asked_for() + std::max(bytes, kLeast) - kUncounted;
   rlimit limit{};
   if (::getrlimit(RLIMIT_DATA, &limit) != 0) return;
@@ -83,9 +83,8 @@ HeldBoxes::HeldBoxes(const Common& common) : common_(common) {
 }
 
 BoxSet HeldBoxes::read(const std::string& path) {
-  if (!common_.budget) return read_boxes(path, common_.interrupted, common_.volume);
-  const std::unique_ptr<BoxFile> file =
-      open_boxes(path, *common_.budget, common_.interrupted, common_.volume);
+  if (!common_.budget) return read_boxes(path, nullptr, common_.volume);
+  const std::unique_ptr<BoxFile> file = open_boxes(path, *common_.budget, common_.volume);
   const std::size_t box_bytes =
       file->read(0, 0).visit([](const auto& boxes) { return sizeof boxes[0]; }) + sizeof(OrdinalBox);
   bytes_ += file->size() * box_bytes;

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 
 namespace boxunion::command {
 
@@ -69,8 +70,8 @@ void print(std::string_view lines) {
         ::write(STDOUT_FILENO, rest.data(), std::min<std::size_t>(rest.size(), PIPE_BUF));
     if (written >= 0)
       rest.remove_prefix(std::size_t(written));
-    else if (errno == EINTR)  // a signal that asks to stop
-      throw Error(ErrorKind::interrupted, "interrupted");
+    else if (errno == EINTR)  // perhaps a signal that asks to stop
+      Interruptible::check();
     else
       throw Error(ErrorKind::resources,
                   fmt::format("standard output: cannot write: {}", std::generic_category().message(errno)));

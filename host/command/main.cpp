@@ -22,6 +22,7 @@
 
 #include "boxunion/error.hpp"
 #include "boxunion/generate.hpp"
+#include "core/base/interruptible.hpp"
 #include "host/command/command.hpp"
 #include "host/command/command_memory.hpp"
 #include "host/command/command_numbers.hpp"
@@ -150,7 +151,6 @@ int fail(ErrorKind kind, const std::string& message) {
 class CommandLine {
  public:
   CommandLine() : app_("The exact union of any number of axis-aligned boxes, on any device.", "boxunion") {
-    common_.interrupted = &interrupted;
     app_.set_version_flag("--version", "boxunion " BOXUNION_VERSION);
     app_.require_subcommand(1);
     add_measure();
@@ -588,5 +588,6 @@ class CommandLine {
 int main(int argc, char** argv) {
   open_standard_streams();
   handle_signals();
+  const Interruptible scope(&interrupted);
   return CommandLine().run(argc, argv);
 }

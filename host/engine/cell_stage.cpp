@@ -95,13 +95,12 @@ void extend_bounds(MassSink& sink, const Reach& reach, const std::array<u32, 3>&
   sink.extend_bounds(box);
 }
 
-NativeCells::NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted)
-    : sink_(sink), source_(source(kernel, sink)), interrupted_(interrupted) {}
+NativeCells::NativeCells(CellKernel kernel, const CellSink& sink)
+    : sink_(sink), source_(source(kernel, sink)) {}
 
 void NativeCells::compute(const CellBatch& batch, void* const* buffers, u32 capacity) const {
   parallel_ranges(0, batch.runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
-      if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
       const auto run = static_cast<u32>(r);
       const CellParameters parameters{run, run + 1, capacity, 2};
       source_.native(buffers, &parameters, 0, 1);
@@ -149,7 +148,7 @@ CellStage::CellStage(Device& device, const Options& options, const CellSink& sin
       sink_(sink),
       fallback_(options.fallback),
       kernel_(load(device, source(options.kernel, sink), options.tuning)),
-      native_(options.kernel, sink, options.interrupted),
+      native_(options.kernel, sink),
       total_(device.allocate(TOTAL_WORDS * sizeof(u32))) {
   if (sink.sums) upload(device, weights_, std::span<const u32>(kPackedWeights));
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,8 +29,7 @@ void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uin
 /// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
 class NativeCells {
  public:
-  /// Where `interrupted` becomes true, run() throws Error(interrupted) before the next run of cells.
-  NativeCells(CellKernel kernel, const CellSink& sink, const std::atomic<bool>* interrupted);
+  NativeCells(CellKernel kernel, const CellSink& sink);
   void run(const CellBatch& batch);
 
  private:
@@ -39,7 +37,6 @@ class NativeCells {
 
   const CellSink& sink_;
   const KernelSource& source_;
-  const std::atomic<bool>* interrupted_;
   std::vector<std::uint64_t> sums_;
   std::vector<Vertex> vertices_;
 };

@@ -79,12 +79,11 @@ class CellRunner {
         report_(report),
         cutters_([this] {
           const std::size_t operands = sink_.programs ? grids_.size() : 0;
-          return Cutter{
-              TileCutter({options_.tuning.cell, options_.tuning.cell_boxes, options_.interrupted}, operands),
-              std::vector<Presence>(grids_.size()),
-              {},
-              {},
-              {}};
+          return Cutter{TileCutter({options_.tuning.cell, options_.tuning.cell_boxes}, operands),
+                        std::vector<Presence>(grids_.size()),
+                        {},
+                        {},
+                        {}};
         }) {}
 
   /// All cells in one batch, cut as for a device.
@@ -105,7 +104,7 @@ class CellRunner {
       } catch (const Error& error) {
         fall_back(error, report_.device, options_);
         report_.device = "native";
-        NativeCells native(options_.kernel, sink_, options_.interrupted);
+        NativeCells native(options_.kernel, sink_);
         for (CellBatch& batch : batches_) {  // batches that the device had not returned
           native.run(batch);
           batch.clear();
@@ -128,7 +127,6 @@ class CellRunner {
 
   /// Cuts a tile and appends its cells to `batch`.
   void cut(std::size_t tile, std::uint64_t run_cost, CellBatch& batch) {
-    if (options_.interrupted && *options_.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
     const auto corner = grids_[0].corner(tile), edge = grids_[0].edge(tile);
     const std::array<std::uint32_t, 3> origin{corner[0] - 1, corner[1] - 1, corner[2] - 1};
     LatticeSums sums;
@@ -196,15 +194,13 @@ class CellRunner {
     if (is_uneven(first_tile)) {
       CellBatch batch;
       fill(batch, std::numeric_limits<std::size_t>::max(), first_tile);
-      return NativeCells(options_.kernel, sink_, options_.interrupted).run(batch);
+      return NativeCells(options_.kernel, sink_).run(batch);
     }
     struct Worker {
       NativeCells cells;
       CellBatch batch;
     };
-    PerThread<Worker> workers([&] {
-      return Worker{NativeCells(options_.kernel, sink_, options_.interrupted), {}};
-    });
+    PerThread<Worker> workers([&] { return Worker{NativeCells(options_.kernel, sink_), {}}; });
     parallel_ranges(first_tile, tiles(), 1, [&](std::size_t begin, std::size_t end) {
       Worker& worker = workers.local();
       for (std::size_t tile = begin; tile < end; ++tile) {
@@ -294,7 +290,7 @@ class TiledBoxes {
       grids_.clear();
       grids_.reserve(sources_.size());
       for (const OrdinalSource& source : sources_) {
-        grids_.emplace_back(source, plan_, options_.interrupted);
+        grids_.emplace_back(source, plan_);
         if (grids_.back().misjudged()) break;
       }
       watch.lap("tiles");

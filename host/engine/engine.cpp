@@ -45,7 +45,7 @@ class Run {
   template <class F>
   Run(const Job& job, Report* report, F&& f) : job_(job), report_(report ? *report : own_report_) {
     report_ = {};
-    with_threads(job.options.threads, job.options.interrupted, [&] {
+    with_threads(job.options, [&] {
       Stopwatch watch(report_);
       check(job);
       corner_ = find_corner(job);

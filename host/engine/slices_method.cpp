@@ -65,7 +65,7 @@ void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, Vert
   std::vector<std::size_t> offsets;
   std::vector<ContourVertex> last_contour;  // contour of the slab below the batch
   while (sweep.next(kRectanglesPerBatch, batch)) {
-    if (options.interrupted && *options.interrupted) throw Error(ErrorKind::interrupted, "interrupted");
+    Interruptible::check();
     const BatchTiles tiles = cut_batch(batch, max_coordinates);
     watch.lap("tiles");
     contour.run([&](ContourStage& stage) { stage.run(tiles, vertices, offsets); });

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <string_view>
 
 #include "boxunion/error.hpp"
 #include "boxunion/union.hpp"
+#include "core/base/interruptible.hpp"
 
 namespace boxunion {
 
@@ -46,19 +46,18 @@ class Stopwatch {
 /// Stages of work on one thread that can be interrupted between them.
 class Stages {
  public:
-  Stages(Report& report, const std::atomic<bool>* interrupted) : watch_(report), interrupted_(interrupted) {}
+  explicit Stages(Report& report) : watch_(report) {}
 
   /// Adds the time of a stage. Throws Error(interrupted) if an interrupt was requested.
   void finish(std::string_view stage) {
     watch_.lap(stage);
-    if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    Interruptible::check();
   }
   /// Adds the time of all stages to the total.
   void end() { watch_.total(); }
 
  private:
   Stopwatch watch_;
-  const std::atomic<bool>* interrupted_;
 };
 
 }  // namespace boxunion

@@ -18,8 +18,8 @@ auto with_union(const std::string& input, const Budget& budget, const Options& o
                 const VolumeOptions& volume, ExternalReport* report, F&& f) {
   ExternalReport ignored;
   ExternalReport& filled = report ? *report : ignored;
-  return with_threads(options.threads, options.interrupted, [&] {
-    const auto boxes = open_boxes(input, budget, options.interrupted, volume);
+  return with_threads(options, [&] {
+    const auto boxes = open_boxes(input, budget, volume);
     ExternalUnion solid(*boxes, options, budget, filled.engine);
     auto result = f(solid, filled.engine);
     filled.boxes = boxes->size();
@@ -40,7 +40,7 @@ MassProperties measure_file(const std::string& input, const Budget& budget, cons
 BoundaryCounts write_boundary(const std::string& input, const std::string& output, const Budget& budget,
                               NonManifold contacts, bool triangles_only, const Options& options,
                               const VolumeOptions& volume, ExternalReport* report) {
-  OutputFile file = open_output(output, options.interrupted, FileUse::mesh);
+  OutputFile file = open_output(output, FileUse::mesh);
   return with_union(input, budget, options, volume, report, [&](ExternalUnion& solid, Report& engine) {
     return write_boundary(solid, contacts, triangles_only, std::move(file), engine).counts;
   });
@@ -50,7 +50,7 @@ std::uint64_t write_decomposition(const std::string& input, const std::string& o
                                   std::optional<BoxModel> model, const std::optional<AxisOrder>& order,
                                   const Options& options, const VolumeOptions& volume,
                                   ExternalReport* report) {
-  OutputFile file = open_output(output, options.interrupted);
+  OutputFile file = open_output(output);
   return with_union(input, budget, options, volume, report, [&](ExternalUnion& solid, Report& engine) {
     return decompose(solid, model, order, {}, std::move(file), engine).elements;
   });

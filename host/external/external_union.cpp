@@ -308,7 +308,7 @@ class ExternalUnion::Run {
   bool is_lattice() const { return is_lattice_; }
   std::uint64_t base() const { return base_; }
   std::uint64_t bytes() const { return budget_.bytes - base_; }
-  ScratchFile scratch_file() const { return ScratchFile(budget_.scratch, options_.interrupted); }
+  ScratchFile scratch_file() const { return ScratchFile(budget_.scratch); }
   Report& report() { return report_; }
 
   void expect_passes(unsigned passes) { passes_ = passes; }
@@ -413,8 +413,7 @@ class ExternalUnion::Run {
     const auto advance = [&](std::uint64_t boxes) {
       if (depth == 0) show_progress(kCutShare * double(done += boxes) / double(source.size()));
     };
-    auto slabs =
-        distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, options_.interrupted, advance);
+    auto slabs = distribute(source, region, *cuts, buffer_bytes(), budget_.scratch, advance);
     watch.lap("cut");
     if (depth == 0) {
       for (const auto& slab : slabs) boxes_in_slabs_ += slab->count();

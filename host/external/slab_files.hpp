@@ -95,7 +95,6 @@ template <class C>
 std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source, const RegionOf<C>& region,
                                                      const Cuts& cuts, std::uint64_t bytes,
                                                      const std::string& scratch,
-                                                     const std::atomic<bool>* interrupted,
                                                      const std::function<void(std::uint64_t)>& advance);
 
 // ---- implementation ----
@@ -169,7 +168,6 @@ template <class C>
 std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source, const RegionOf<C>& region,
                                                      const Cuts& cuts, std::uint64_t bytes,
                                                      const std::string& scratch,
-                                                     const std::atomic<bool>* interrupted,
                                                      const std::function<void(std::uint64_t)>& advance) {
   const auto axis = unsigned(cuts.axis);
   std::vector<C> at;
@@ -180,7 +178,7 @@ std::vector<std::unique_ptr<SlabFile<C>>> distribute(const BoxSource<C>& source,
     RegionOf<C> own = region;
     if (i > 0) own.lo[axis] = at[i - 1];
     if (i < at.size()) own.hi[axis] = at[i];
-    slabs.push_back(std::make_unique<SlabFile<C>>(own, ScratchFile(scratch, interrupted)));
+    slabs.push_back(std::make_unique<SlabFile<C>>(own, ScratchFile(scratch)));
   }
   using Buffers = std::vector<std::vector<BoxOf<C>>>;  // by slab
   const std::size_t most = std::clamp<std::size_t>(bytes / (thread_count() * slabs.size() * sizeof(BoxOf<C>)),

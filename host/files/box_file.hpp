@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -28,7 +27,6 @@ class BoxFile {
 /// boxes of a volume are integers. Throws as read_boxes (files.hpp) does, and Error(resources) if slices of a
 /// volume, or the models of a scene (.vox), may not fit the budget.
 std::unique_ptr<BoxFile> open_boxes(const std::string& path, const Budget& budget,
-                                    const std::atomic<bool>* interrupted = nullptr,
                                     const VolumeOptions& volume = {});
 
 }  // namespace boxunion

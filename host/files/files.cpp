@@ -18,13 +18,12 @@ namespace boxunion {
 BoxSet read_boxes(const std::string& path, const std::atomic<bool>* interrupted,
                   const VolumeOptions& volume) {
   const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
-  return open_input(path, FileUse::input, interrupted, volume)->read();
+  return open_input(path, FileUse::input, volume)->read();
 }
 
-OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted, FileUse use,
-                       OutputGroup* group) {
+OutputFile open_output(const std::string& path, FileUse use, OutputGroup* group) {
   format_of(path, use);
-  return OutputFile(path, interrupted, group);
+  return OutputFile(path, group);
 }
 
 namespace {
@@ -187,7 +186,7 @@ void write_boxes(const BoxSet& boxes, const std::string& path) {
 
 template <class T>
 void write_volume(const VoxelGrid& grid, std::span<const T> voxels, const std::string& path) {
-  write_volume(grid, voxels, open_output(path, nullptr, FileUse::voxels));
+  write_volume(grid, voxels, open_output(path, FileUse::voxels));
 }
 template void write_volume(const VoxelGrid&, std::span<const std::uint8_t>, const std::string&);
 template void write_volume(const VoxelGrid&, std::span<const std::uint32_t>, const std::string&);
@@ -210,12 +209,12 @@ void write_components(std::span<const Component> components, const std::string& 
 }
 
 bool write_mesh(const Mesh& mesh, const std::string& path) {
-  return write_mesh(mesh, open_output(path, nullptr, FileUse::mesh));
+  return write_mesh(mesh, open_output(path, FileUse::mesh));
 }
 
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, const std::string& path,
                 bool triangles_only) {
-  return write_mesh(brep, triangulation, triangles_only, open_output(path, nullptr, FileUse::mesh));
+  return write_mesh(brep, triangulation, triangles_only, open_output(path, FileUse::mesh));
 }
 
 }  // namespace boxunion

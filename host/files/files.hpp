@@ -46,8 +46,7 @@ NonManifold default_contacts(const std::string& path);
 
 /// Opens an output file (see OutputFile), before the work that fills it. Throws Error(input) unless its
 /// extension is one for this use.
-OutputFile open_output(const std::string& path, const std::atomic<bool>* interrupted = nullptr,
-                       FileUse use = FileUse::boxes, OutputGroup* group = nullptr);
+OutputFile open_output(const std::string& path, FileUse use = FileUse::boxes, OutputGroup* group = nullptr);
 
 /// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
 /// decimals that read back to the same numbers; NPY is a little-endian (n, 6) array of float64 or int32.

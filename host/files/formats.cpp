@@ -136,10 +136,9 @@ NonManifold default_contacts(const std::string& path) {
                                                                       : NonManifold::keep;
 }
 
-std::unique_ptr<InputBoxes> open_input(const std::string& path, FileUse use,
-                                       const std::atomic<bool>* interrupted, const VolumeOptions& options) {
+std::unique_ptr<InputBoxes> open_input(const std::string& path, FileUse use, const VolumeOptions& options) {
   const Format& format = path == "-" && use == FileUse::input ? kFormats[0] : format_of(path, use);
-  const auto file = std::make_shared<InputFile>(path, interrupted);
+  const auto file = std::make_shared<InputFile>(path);
   if (options.model && !format.serves(FileUse::scene))
     throw Error(ErrorKind::usage, fmt::format("{}: only {} files have models to choose", file->name(),
                                               extensions(FileUse::scene)));

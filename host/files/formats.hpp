@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -109,7 +108,6 @@ const Format& format_of(const std::string& path, FileUse use);
 
 /// Opens a file; "-" is CSV on standard input. Throws Error(input) where that fails and Error(usage) for
 /// options that are not for what it has.
-std::unique_ptr<InputBoxes> open_input(const std::string& path, FileUse use,
-                                       const std::atomic<bool>* interrupted, const VolumeOptions& options);
+std::unique_ptr<InputBoxes> open_input(const std::string& path, FileUse use, const VolumeOptions& options);
 
 }  // namespace boxunion

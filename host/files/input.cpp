@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 
 namespace boxunion {
 namespace {
@@ -20,9 +21,8 @@ constexpr std::size_t kReadBytes = 8 << 20;
 
 }  // namespace
 
-InputFile::InputFile(const std::string& path, const std::atomic<bool>* interrupted)
+InputFile::InputFile(const std::string& path)
     : name_(path == "-" ? "standard input" : path),
-      interrupted_(interrupted),
       file_(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (file_ < 0) fail(errno);
   struct stat status;
@@ -73,7 +73,7 @@ std::string InputFile::read_all(std::size_t most) {
 
 void InputFile::read_at(std::uint64_t offset, std::span<char> bytes) const {
   while (!bytes.empty()) {
-    check_interrupted();
+    Interruptible::check();
     const ::ssize_t got = ::pread(file_, bytes.data(), std::min(bytes.size(), kReadBytes), ::off_t(offset));
     if (got == 0) throw Error(ErrorKind::input, fmt::format("{}: the file ended while it was read", name_));
     if (got > 0) {
@@ -91,13 +91,9 @@ void InputFile::wait() const {
   pollfd file{file_, POLLIN, 0};
   int ready = 1;
   do {
-    check_interrupted();
+    Interruptible::check();
     if (may_wait_) ready = ::poll(&file, 1, kMilliseconds);
   } while (ready == 0 || (ready < 0 && errno == EINTR));
-}
-
-void InputFile::check_interrupted() const {
-  if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
 }
 
 void InputFile::fail(int error_number) const {

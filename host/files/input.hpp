@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -12,17 +11,16 @@ namespace boxunion {
 /// A file open for reading, or standard input.
 class InputFile {
  public:
-  /// A `path` of "-" is standard input. When `interrupted` becomes true, reading throws Error(interrupted)
-  /// within a fraction of a second, even while it waits for a pipe. Throws Error(input) if there is no such
-  /// file, or if it is a folder or unreadable.
-  explicit InputFile(const std::string& path, const std::atomic<bool>* interrupted = nullptr);
+  /// A `path` of "-" is standard input. Reading is interruptible within a fraction of a second, even while it
+  /// waits for a pipe: see Interruptible. Throws Error(input) if there is no such file, or if it is a folder
+  /// or unreadable.
+  explicit InputFile(const std::string& path);
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
   ~InputFile();
 
   /// The name in messages: the path, or "standard input".
   const std::string& name() const { return name_; }
-  const std::atomic<bool>* interrupted() const { return interrupted_; }
   /// Size in bytes of a regular file; nothing for a pipe.
   std::optional<std::uint64_t> size() const;
 
@@ -33,15 +31,12 @@ class InputFile {
   std::string read_all(std::size_t most);
   /// Fills `bytes` from `offset` of a regular file; throws Error(input) at the end of it. Thread-safe.
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
-  /// Throws Error(interrupted) if `interrupted` is true.
-  void check_interrupted() const;
 
  private:
   void wait() const;
   [[noreturn]] void fail(int error_number) const;
 
   std::string name_;
-  const std::atomic<bool>* interrupted_;
   int file_;
   bool may_wait_ = false;  ///< a pipe, a terminal or a socket
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 
 namespace boxunion {
 namespace {
@@ -26,14 +27,13 @@ void OutputGroup::publish() {
   committed_.clear();
 }
 
-OutputFile::OutputFile(std::string path, const std::atomic<bool>* interrupted, OutputGroup* group)
-    : file_(std::move(path)), interrupted_(interrupted), group_(group) {
+OutputFile::OutputFile(std::string path, OutputGroup* group) : file_(std::move(path)), group_(group) {
   if (group_) group_->enter(file_);
   buffer_.reserve(kBufferBytes);
 }
 
 void OutputFile::write(std::string_view text) {
-  if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+  Interruptible::check();
   if (buffer_.size() + text.size() <= kBufferBytes) {
     buffer_.append(text);
     return;
@@ -63,7 +63,7 @@ void OutputFile::write_at(std::uint64_t offset, std::string_view text) {
     const std::size_t written = file_.write_at(offset, text);
     offset += written;
     text.remove_prefix(written);
-    if (written == 0 && interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
+    if (written == 0) Interruptible::check();
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,18 +35,17 @@ class OutputGroup {
 /// A file that appears under its name only when it is complete: see PendingFile.
 class OutputFile {
  public:
-  /// Opens the file at once, so that a missing or read-only folder is found before any heavy work. When
-  /// `interrupted` becomes true, the next write throws Error(interrupted). In a group, the file gets its name
-  /// when the group is published. Throws Error(input) if the file cannot be created, or if `path` names
-  /// something that is not a regular file, and Error(usage) if it is another file of the group.
-  explicit OutputFile(std::string path, const std::atomic<bool>* interrupted = nullptr,
-                      OutputGroup* group = nullptr);
+  /// Opens the file at once, so that a missing or read-only folder is found before any heavy work. In a
+  /// group, the file gets its name when the group is published. Throws Error(input) if the file cannot be
+  /// created, or if `path` names something that is not a regular file, and Error(usage) if it is another file
+  /// of the group.
+  explicit OutputFile(std::string path, OutputGroup* group = nullptr);
 
   const std::string& path() const { return file_.path(); }
   /// The number of bytes appended so far.
   std::uint64_t size() const { return written_ + buffer_.size(); }
 
-  /// Appends text. Throws Error(resources) if the disk is full or fails.
+  /// Appends text. Interruptible. Throws Error(resources) if the disk is full or fails.
   void write(std::string_view text);
   /// Appends the bytes of an array.
   template <class T>
@@ -67,7 +65,6 @@ class OutputFile {
   void write_at(std::uint64_t offset, std::string_view text);
 
   PendingFile file_;
-  const std::atomic<bool>* interrupted_;
   OutputGroup* group_;
   std::string buffer_;         ///< appended, not yet written
   std::uint64_t written_ = 0;  ///< number of bytes before the buffer

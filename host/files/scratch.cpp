@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 
 namespace boxunion {
 namespace {
@@ -28,18 +29,14 @@ int open_nameless(const std::string& folder) {
 
 }  // namespace
 
-ScratchFile::ScratchFile(const std::string& folder, const std::atomic<bool>* interrupted)
-    : folder_(folder), interrupted_(interrupted), file_(open_nameless(folder)) {
+ScratchFile::ScratchFile(const std::string& folder) : folder_(folder), file_(open_nameless(folder)) {
   if (file_ < 0)
     throw Error(ErrorKind::input, fmt::format("{}: cannot create scratch files: {}", folder,
                                               std::generic_category().message(errno)));
 }
 
 ScratchFile::ScratchFile(ScratchFile&& other) noexcept
-    : folder_(std::move(other.folder_)),
-      interrupted_(other.interrupted_),
-      file_(std::exchange(other.file_, -1)),
-      size_(other.size_.load()) {}
+    : folder_(std::move(other.folder_)), file_(std::exchange(other.file_, -1)), size_(other.size_.load()) {}
 
 ScratchFile::~ScratchFile() {
   if (file_ >= 0) ::close(file_);
@@ -48,7 +45,7 @@ ScratchFile::~ScratchFile() {
 std::uint64_t ScratchFile::append(std::span<const char> bytes) {
   const std::uint64_t offset = size_.fetch_add(bytes.size());
   for (std::uint64_t at = offset; !bytes.empty();) {
-    check_interrupted();
+    Interruptible::check();
     const ::ssize_t written = ::pwrite(file_, bytes.data(), bytes.size(), ::off_t(at));
     if (written >= 0) {
       bytes = bytes.subspan(std::size_t(written));
@@ -62,7 +59,7 @@ std::uint64_t ScratchFile::append(std::span<const char> bytes) {
 
 void ScratchFile::read_at(std::uint64_t offset, std::span<char> bytes) const {
   while (!bytes.empty()) {
-    check_interrupted();
+    Interruptible::check();
     const ::ssize_t got = ::pread(file_, bytes.data(), bytes.size(), ::off_t(offset));
     if (got > 0) {
       bytes = bytes.subspan(std::size_t(got));
@@ -71,10 +68,6 @@ void ScratchFile::read_at(std::uint64_t offset, std::span<char> bytes) const {
       fail("read", got == 0 ? EIO : errno);
     }
   }
-}
-
-void ScratchFile::check_interrupted() const {
-  if (interrupted_ && *interrupted_) throw Error(ErrorKind::interrupted, "interrupted");
 }
 
 void ScratchFile::fail(const char* action, int error_number) const {

@@ -11,9 +11,8 @@ namespace boxunion {
 /// ends.
 class ScratchFile {
  public:
-  /// Throws Error(input) if no file can be created in `folder`. When `interrupted` becomes true, the next
-  /// read or write throws Error(interrupted).
-  explicit ScratchFile(const std::string& folder, const std::atomic<bool>* interrupted = nullptr);
+  /// Throws Error(input) if no file can be created in `folder`. Reads and writes are interruptible.
+  explicit ScratchFile(const std::string& folder);
   ScratchFile(ScratchFile&& other) noexcept;
   ScratchFile& operator=(ScratchFile&&) = delete;
   ~ScratchFile();
@@ -26,11 +25,9 @@ class ScratchFile {
   void read_at(std::uint64_t offset, std::span<char> bytes) const;
 
  private:
-  void check_interrupted() const;
   [[noreturn]] void fail(const char* action, int error_number) const;
 
   std::string folder_;
-  const std::atomic<bool>* interrupted_;
   int file_ = -1;
   std::atomic<std::uint64_t> size_ = 0;
 };

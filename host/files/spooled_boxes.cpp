@@ -20,7 +20,7 @@ BoxSet read_as(const ScratchFile& file, std::uint64_t begin, std::uint64_t end) 
 }  // namespace
 
 SpooledBoxes::SpooledBoxes(const InputFile& file, const Budget& budget)
-    : name_(file.name()), boxes_(budget.scratch, file.interrupted()) {}
+    : name_(file.name()), boxes_(budget.scratch) {}
 
 void SpooledBoxes::append(std::span<const Box> boxes) {
   are_integers_ = false;

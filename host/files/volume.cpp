@@ -48,7 +48,7 @@ bool is_volume(const std::string& path) {
 Volume read_volume(const std::string& path, const VolumeOptions& options,
                    const std::atomic<bool>* interrupted) {
   const Interruptible scope(interrupted ? interrupted : Interruptible::flag());
-  return open_input(path, FileUse::volume, interrupted, options)->read_volume();
+  return open_input(path, FileUse::volume, options)->read_volume();
 }
 
 }  // namespace boxunion

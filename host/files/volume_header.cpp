@@ -137,7 +137,7 @@ void VolumeHeader::place(VoxelGrid& grid, const std::string& field,
 
 std::shared_ptr<const InputFile> VolumeHeader::open_beside(const std::string& name) const {
   const std::filesystem::path folder = std::filesystem::path(file_->name()).parent_path();
-  return std::make_shared<InputFile>((folder / name).string(), file_->interrupted());
+  return std::make_shared<InputFile>((folder / name).string());
 }
 
 }  // namespace boxunion

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "boxunion/error.hpp"
+#include "core/base/interruptible.hpp"
 #include "core/voxels/voxel_boxes.hpp"
 #include "host/files/formats.hpp"
 #include "host/files/spooled_boxes.hpp"
@@ -316,7 +317,7 @@ std::vector<std::vector<Placement>> place_models(const InputFile& file, Scene& s
   };
   enter(0, {});
   while (!path.empty()) {
-    file.check_interrupted();
+    Interruptible::check();
     Step& step = path.back();
     if (step.next == step.node->children.size()) {
       path.pop_back();
@@ -339,7 +340,7 @@ void stream_model(Blocks& blocks, const Model& model, const VolumeOptions& optio
     if (const auto v = voxels.take<Voxel>(); is_inside(v, options))
       volume.inside[((v[2] - model.lo[2]) * size[1] + v[1] - model.lo[1]) * size[0] + v[0] - model.lo[0]] = 1;
   stream_voxel_boxes(stream_of(volume), [&](const BoxSet& boxes) {
-    blocks.file().check_interrupted();
+    Interruptible::check();
     boxes.visit([&](const auto& all) {
       if constexpr (std::is_same_v<decltype(all), const std::vector<IntegerBox>&>) take(std::span(all));
     });
@@ -400,7 +401,7 @@ void stream_boxes(const InputFile& file, const VolumeOptions& options, const Box
     if (!places[m].empty())
       stream_model(blocks, scene.models[m], options, [&](std::span<const IntegerBox> boxes) {
         for (const Placement& placement : places[m]) {
-          file.check_interrupted();
+          Interruptible::check();
           take(placed_boxes(file, boxes, scene.models[m], placement));
         }
       });

@@ -126,7 +126,7 @@ OutputFile open_tuning_file(const std::string& path, OutputGroup* group) {
   std::error_code ignored;  // OutputFile reports problems with the folder
   if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
     std::filesystem::create_directories(folder, ignored);
-  return OutputFile(path, nullptr, group);
+  return OutputFile(path, group);
 }
 
 Launch choose_launch(const DeviceInfo& device, std::string_view kernel, const Tuning& tuning) {

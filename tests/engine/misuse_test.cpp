@@ -60,7 +60,7 @@ TEST(Misuse, AVolumeThatDoesNotMatchItsGrid) {
   expect_usage(
       [&] {
         write_volume<std::uint8_t>(volume.grid, volume.inside,
-                                   open_output(folder.file("a.npy"), nullptr, FileUse::voxels));
+                                   open_output(folder.file("a.npy"), FileUse::voxels));
       },
       "23 voxels are to be written, expected the 24 of their grid");
   EXPECT_EQ(folder.file_count(), 0u);

@@ -10,6 +10,7 @@
 #include "boxunion/error.hpp"
 #include "boxunion/generate.hpp"
 #include "boxunion/union.hpp"
+#include "core/base/interruptible.hpp"
 #include "tests/device/every_device.hpp"
 
 namespace boxunion {
@@ -151,6 +152,17 @@ TEST_P(Resilience, AnInterruptedRunEndsWithAnError) {
     expect_interrupted(
         method == Method::slices ? nested(kFourBatches) : collect(generate_cubes(200'000, 60, kUniverse, 3)),
         options);
+  }
+}
+
+TEST_P(Resilience, ARunWatchesItsCallersFlagUnlessItHasItsOwn) {
+  const std::atomic<bool> interrupted = true, goes_on = false;
+  const Interruptible scope(&interrupted);
+  for (const int threads : {0, 1}) {
+    Options options{.device = GetParam(), .threads = threads};
+    expect_interrupted(nested(1), options);
+    options.interrupted = &goes_on;
+    EXPECT_NO_THROW(unite(nested(1), options));
   }
 }
 

@@ -24,8 +24,7 @@ ExternalBoundary write_within(const BoxSet& boxes, NonManifold contacts, bool tr
   const BoxesInMemory file(boxes);
   Report report;
   ExternalUnion solid(file, kNative, budget, report);
-  return write_boundary(solid, contacts, triangles_only, open_output(path, nullptr, FileUse::boundary),
-                        report);
+  return write_boundary(solid, contacts, triangles_only, open_output(path, FileUse::boundary), report);
 }
 
 /// The inputs of external_inputs, and touching boxes that lie on no lattice.
@@ -65,7 +64,7 @@ TEST(ExternalBoundary, IsTheSameToTheByteInEveryFormat) {
         const std::string path = folder.file(name);
         if (is_mesh(path))
           write_mesh(expected.brep, expected.triangulation, triangles_only,
-                     open_output(path, nullptr, FileUse::boundary));
+                     open_output(path, FileUse::boundary));
         else
           write_vertices(solid, open_output(path));
         // planes of some thousand vertices at a time, unless one plane has more

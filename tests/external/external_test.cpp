@@ -190,7 +190,7 @@ TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
     Options options{.device = "native"};
     options.progress = [&](double fraction) { shown.push_back(fraction); };
     Report report;
-    with_threads(1, nullptr, [&] {
+    with_threads({.threads = 1}, [&] {
       ExternalUnion solid(file, options, {std::uint64_t{110} << 20, scratch.path(), 3000}, report);
       run(solid, report);
     });
@@ -201,8 +201,7 @@ TEST(ExternalProgress, RisesFromTheFirstSlabToTheEnd) {
   };
   for (const NonManifold contacts : {NonManifold::keep, NonManifold::split})
     check([&](ExternalUnion& solid, Report& report) {
-      write_boundary(solid, contacts, false, open_output(folder.file("a.ply"), nullptr, FileUse::boundary),
-                     report);
+      write_boundary(solid, contacts, false, open_output(folder.file("a.ply"), FileUse::boundary), report);
     });
   for (const std::optional<AxisOrder> order : {std::optional(kAxisOrders[1]), std::optional<AxisOrder>()})
     check([&](ExternalUnion& solid, Report& report) {

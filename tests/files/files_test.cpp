@@ -12,6 +12,7 @@
 
 #include "boxunion/error.hpp"
 #include "boxunion/octants.hpp"
+#include "core/base/interruptible.hpp"
 #include "tests/support/temporary.hpp"
 
 namespace boxunion {
@@ -352,10 +353,13 @@ TEST(OutputFile, FollowsALinkToAFile) {
 TEST(OutputFile, StopsWhenInterrupted) {
   const TemporaryFolder folder;
   std::atomic<bool> interrupted = false;
-  OutputFile file(folder.file("a.csv"), &interrupted);
-  file.write("x");
-  interrupted = true;
-  EXPECT_THROW(file.write("y"), Error);
+  OutputFile file(folder.file("a.csv"));
+  {
+    const Interruptible scope(&interrupted);
+    file.write("x");
+    interrupted = true;
+    EXPECT_THROW(file.write("y"), Error);
+  }
   EXPECT_THROW(read_boxes(folder.write("b.csv", "0,0,0,1,1,1"), &interrupted), Error);
 }
 

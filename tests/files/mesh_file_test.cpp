@@ -104,7 +104,7 @@ class MeshFile : public testing::Test {
   }
   bool write(const Boundary& b, const std::string& name, bool triangles_only = false) {
     return write_mesh(b.brep, b.triangulation, triangles_only,
-                      open_output(folder_.file(name), nullptr, FileUse::boundary));
+                      open_output(folder_.file(name), FileUse::boundary));
   }
   std::string text(const Boundary& b, const std::string& name, bool triangles_only = false) {
     EXPECT_TRUE(write(b, name, triangles_only));

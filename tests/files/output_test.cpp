@@ -173,12 +173,12 @@ TEST(OutputGroup, FilesAppearTogether) {
   const TemporaryFolder folder;
   {
     OutputGroup group;
-    OutputFile a(folder.file("a.csv"), nullptr, &group), b(folder.file("b.csv"), nullptr, &group);
+    OutputFile a(folder.file("a.csv"), &group), b(folder.file("b.csv"), &group);
     a.write("a");
     b.write("b");
     a.commit();
     EXPECT_EQ(folder.file_count(), 0u);
-    EXPECT_THROW(OutputFile(folder.file("b.csv"), nullptr, &group), Error);
+    EXPECT_THROW(OutputFile(folder.file("b.csv"), &group), Error);
     group.publish();
     EXPECT_EQ(folder.read("a.csv"), "a");
     EXPECT_EQ(folder.file_count(), 1u);

@@ -103,7 +103,7 @@ class ThreeMf : public testing::Test {
  protected:
   std::string write(const Boundary& b) {
     const std::string path = folder_.file("a.3mf");
-    EXPECT_TRUE(write_mesh(b.brep, b.triangulation, false, open_output(path, nullptr, FileUse::boundary)));
+    EXPECT_TRUE(write_mesh(b.brep, b.triangulation, false, open_output(path, FileUse::boundary)));
     return path;
   }
   TemporaryFolder folder_;
@@ -137,7 +137,7 @@ TEST_F(ThreeMf, BringsBackEveryPointAndTriangle) {
 }
 
 TEST_F(ThreeMf, HoldsFewerThan2To31Points) {
-  OutputFile file = open_output(folder_.file("a.3mf"), nullptr, FileUse::boundary);
+  OutputFile file = open_output(folder_.file("a.3mf"), FileUse::boundary);
   try {
     begin_mesh(file, {.points = std::uint64_t{1} << 31, .triangles = 12});
     FAIL();
@@ -255,7 +255,7 @@ TEST(Zip, DoesNotDependOnTheSizesOfWrites) {
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, kBatch, 2 * kBatch + 77, 3 * kBatch}) {
     const std::string content = text.substr(0, size);
     const auto archive = [&](std::size_t most, int threads) {
-      with_threads(threads, nullptr, [&] {
+      with_threads({.threads = threads}, [&] {
         OutputFile file(folder.file("a.zip"));
         ZipWriter writer(file);
         writer.begin("small");

@@ -262,7 +262,7 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
     return {};
   }
   const auto open = [&](const std::string& name) {
-    return open_output(folder.file(name), nullptr, FileUse::boundary);
+    return open_output(folder.file(name), FileUse::boundary);
   };
   if (slabs.file.starts_with("vertices") || slabs.file.starts_with("a.")) {
     write_boundary(external, slabs.contacts, false, open("slabs_" + slabs.file), report);
@@ -300,7 +300,7 @@ struct Found {
 };
 
 Found find_all(const Job& job, const Options& options) {
-  return with_threads(options.threads, options.interrupted, [&] {
+  return with_threads(options, [&] {
     Found found;
     found.solid = unite(job.boxes, options);
     find_boundary(found.solid, NonManifold::split, options);
