@@ -106,11 +106,9 @@ void unite_anchored(std::span<const OrdinalBox> boxes, const CommonCorner& corne
   std::array<std::uint32_t, 3> at;
   for (unsigned a = 0; a < 3; ++a) at[a] = corner[a] ? boxes[0].hi[a] : boxes[0].lo[a];
   auto reaches = make_array<AnchoredBox>(boxes.size(), "boxes with a common corner");
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& [lo, hi] = boxes[i];
-      reaches[i] = {hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]};
-    }
+  parallel_for_each(0, boxes.size(), kGrain, [&](std::size_t i) {
+    const auto& [lo, hi] = boxes[i];
+    reaches[i] = {hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]};
   });
   const StairSweep sweep(std::move(reaches));
   std::vector<VertexVisitor> visitors(sweep.parts(), VertexVisitor(at, corner, sink));

@@ -368,9 +368,8 @@ MassTotals sum(const auto& boxes, const Anchored& anchored) {
   using Visitor = SumVisitor<kBits>;
   auto result = std::make_unique<MassTotals::Sums>();
   auto reaches = make_array<AnchoredBox>(boxes.size(), "boxes with a common corner");
-  parallel_ranges(0, boxes.size(), kSumGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) reaches[i] = Visitor::reach(anchored, boxes[i]);
-  });
+  parallel_for_each(0, boxes.size(), kSumGrain,
+                    [&](std::size_t i) { reaches[i] = Visitor::reach(anchored, boxes[i]); });
   const StairSweep sweep(std::move(reaches));
   if (sweep.size() == 0) return MassTotals(std::move(result));
   std::vector<Visitor> visitors(sweep.parts(), Visitor(anchored));

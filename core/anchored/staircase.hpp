@@ -107,15 +107,13 @@ class StairSweep {
 template <class Visitor>
 void StairSweep::sweep(std::span<Visitor> visitors) const {
   const std::size_t parts = visitors.size();
-  parallel_ranges(0, parts, 1, [&](std::size_t first_part, std::size_t last_part) {
-    for (std::size_t part = first_part; part < last_part; ++part) {
-      const std::size_t first = begin(part, parts), last = begin(part + 1, parts);
-      Front front = front_before(first);
-      Visitor visitor = visitors[part];  // a copy, close to the other data of this thread
-      sweep(front, first, last, visitor);
-      if (part + 1 == parts && size() > 0) close(front, visitor);
-      visitors[part] = std::move(visitor);
-    }
+  parallel_for_each(0, parts, 1, [&](std::size_t part) {
+    const std::size_t first = begin(part, parts), last = begin(part + 1, parts);
+    Front front = front_before(first);
+    Visitor visitor = visitors[part];  // a copy, close to the other data of this thread
+    sweep(front, first, last, visitor);
+    if (part + 1 == parts && size() > 0) close(front, visitor);
+    visitors[part] = std::move(visitor);
   });
 }
 

@@ -36,13 +36,11 @@ class CountingSort {
  private:
   template <class F>
   void each(F&& f) {
-    parallel_ranges(0, chunks_, 1, [&](std::size_t first, std::size_t last) {
-      for (std::size_t chunk = first; chunk < last; ++chunk) {
-        Index* const place = places_.data() + chunk * keys_;
-        const std::size_t end = count_ * (chunk + 1) / chunks_;
-        for (std::size_t i = count_ * chunk / chunks_; i < end; ++i)
-          keys_of_(i, [&](std::size_t key) { f(i, place[key]); });
-      }
+    parallel_for_each(0, chunks_, 1, [&](std::size_t chunk) {
+      Index* const place = places_.data() + chunk * keys_;
+      const std::size_t end = count_ * (chunk + 1) / chunks_;
+      for (std::size_t i = count_ * chunk / chunks_; i < end; ++i)
+        keys_of_(i, [&](std::size_t key) { f(i, place[key]); });
     });
   }
 

@@ -83,6 +83,14 @@ void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&&
   }
 }
 
+/// Calls f(i) for each i of [first, last), in ranges of at least `grain` where possible.
+template <class F>
+void parallel_for_each(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
+  parallel_ranges(first, last, grain, [&f](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) f(i);
+  });
+}
+
 /// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values,
 /// of which the first one is of what comes first.
 template <class T, class F, class Join>

@@ -233,17 +233,14 @@ Faces joined(const std::vector<FacePart>& parts) {
     faces.direction.resize(all.faces);
   });
   faces.first_point[0] = faces.first_loop[0] = 0;
-  parallel_ranges(0, parts.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p) {
-      const FacePart& part = parts[p];
-      std::copy(part.loop_points.begin(), part.loop_points.end(),
-                faces.loop_points.begin() + std::ptrdiff_t(before[p].points));
-      std::copy(part.direction.begin(), part.direction.end(),
-                faces.direction.begin() + std::ptrdiff_t(before[p].faces));
-      append_moved(std::span(faces.first_point).subspan(before[p].loops + 1), part.loop_ends,
-                   before[p].points);
-      append_moved(std::span(faces.first_loop).subspan(before[p].faces + 1), part.face_ends, before[p].loops);
-    }
+  parallel_for_each(0, parts.size(), 1, [&](std::size_t p) {
+    const FacePart& part = parts[p];
+    std::copy(part.loop_points.begin(), part.loop_points.end(),
+              faces.loop_points.begin() + std::ptrdiff_t(before[p].points));
+    std::copy(part.direction.begin(), part.direction.end(),
+              faces.direction.begin() + std::ptrdiff_t(before[p].faces));
+    append_moved(std::span(faces.first_point).subspan(before[p].loops + 1), part.loop_ends, before[p].points);
+    append_moved(std::span(faces.first_loop).subspan(before[p].faces + 1), part.face_ends, before[p].loops);
   });
   return faces;
 }
@@ -294,9 +291,8 @@ Array<Edge> find_edges(const Planes& planes, const Points& points) {
   Array<Edge> edges;
   with_memory("the edges of the boundary", before.back() * sizeof(Edge),
               [&] { edges.resize(before.back()); });
-  parallel_ranges(0, parts.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p)
-      std::copy(parts[p].begin(), parts[p].end(), edges.begin() + std::ptrdiff_t(before[p]));
+  parallel_for_each(0, parts.size(), 1, [&](std::size_t p) {
+    std::copy(parts[p].begin(), parts[p].end(), edges.begin() + std::ptrdiff_t(before[p]));
   });
   return edges;
 }

@@ -88,13 +88,11 @@ class PlaneSort {
 
   void by_sorting() {
     auto sorted = make_array<Keyed>(count_, kWhat);
-    parallel_ranges(0, count_, kVertexGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) sorted[i] = Keyed{ordinal_(i)} << 32 | i;
-    });
+    parallel_for_each(0, count_, kVertexGrain,
+                      [&](std::size_t i) { sorted[i] = Keyed{ordinal_(i)} << 32 | i; });
     radix_sort(std::span(sorted), ordinal_of);
-    parallel_ranges(0, count_, kVertexGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        order_.vertices[i] = vertex_(static_cast<std::uint32_t>(sorted[i]));
+    parallel_for_each(0, count_, kVertexGrain, [&](std::size_t i) {
+      order_.vertices[i] = vertex_(static_cast<std::uint32_t>(sorted[i]));
     });
     order_.first = first_of_runs(count_, ordinals_, [&](std::size_t i) { return ordinal_of(sorted[i]); });
   }
@@ -120,9 +118,8 @@ Planes make_planes(const Solid& solid) {
   };
   Planes planes;
   planes[2].vertices = make_array<PlaneVertex>(count, kWhat);
-  parallel_ranges(0, count, kVertexGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      planes[2].vertices[i] = {static_cast<std::uint32_t>(i), all[i].x, all[i].y, all[i].mask};
+  parallel_for_each(0, count, kVertexGrain, [&](std::size_t i) {
+    planes[2].vertices[i] = {static_cast<std::uint32_t>(i), all[i].x, all[i].y, all[i].mask};
   });
   planes[2].first = first_of_runs(count, solid.axes[2].count() + 1, [&](std::size_t i) { return all[i].z; });
   planes[2].first.push_back(static_cast<std::uint32_t>(count));
@@ -134,11 +131,9 @@ Planes make_planes(const Solid& solid) {
   const Array<PlaneVertex>& by_x = planes[0].vertices;
   // a copy in the order by x; to read them from `all` would be random access
   auto x = make_array<std::uint32_t>(count, kWhat);
-  parallel_ranges(0, planes[0].planes(), kVertexGrain / 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const std::uint32_t first = planes[0].first[p];
-      std::fill(x.begin() + first, x.begin() + planes[0].first[p + 1], all[by_x[first].vertex].x);
-    }
+  parallel_for_each(0, planes[0].planes(), kVertexGrain / 4, [&](std::size_t p) {
+    const std::uint32_t first = planes[0].first[p];
+    std::fill(x.begin() + first, x.begin() + planes[0].first[p + 1], all[by_x[first].vertex].x);
   });
   planes[1] = sorted(
       1, [&](std::size_t i) { return by_x[i].column; },

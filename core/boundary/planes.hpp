@@ -117,15 +117,13 @@ inline std::size_t edge_parts(const Planes& planes) {
 template <class F>
 void for_each_edge(const Planes& planes, F&& f) {
   const std::size_t parts = edge_parts(planes), chunks = parts / 3;  // chunks of each axis
-  parallel_ranges(0, parts, 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t part = first; part < last; ++part) {
-      const int axis = int(part / chunks);
-      const std::size_t chunk = part % chunks;
-      const Array<PlaneVertex>& line = planes[(axis + 2) % 3].vertices;
-      const std::size_t end = line.size() * (chunk + 1) / chunks;
-      for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
-        if (kOctants[line[i].mask].edges[2 * axis] != 0) f(part, axis, line[i], line[i + 1]);
-    }
+  parallel_for_each(0, parts, 1, [&](std::size_t part) {
+    const int axis = int(part / chunks);
+    const std::size_t chunk = part % chunks;
+    const Array<PlaneVertex>& line = planes[(axis + 2) % 3].vertices;
+    const std::size_t end = line.size() * (chunk + 1) / chunks;
+    for (std::size_t i = line.size() * chunk / chunks; i < end; ++i)
+      if (kOctants[line[i].mask].edges[2 * axis] != 0) f(part, axis, line[i], line[i + 1]);
   });
 }
 

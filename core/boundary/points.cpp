@@ -36,10 +36,9 @@ Fans::Fans(const Solid& solid) {
 
 Array<std::uint32_t> Fans::vertices() const {
   auto vertices = make_array<std::uint32_t>(count_, "numbering the vertices' fans");
-  parallel_ranges(0, first_.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      std::fill(vertices.begin() + first_[i],
-                vertices.begin() + (i + 1 < first_.size() ? first_[i + 1] : count_), std::uint32_t(i));
+  parallel_for_each(0, first_.size(), kFanGrain, [&](std::size_t i) {
+    std::fill(vertices.begin() + first_[i],
+              vertices.begin() + (i + 1 < first_.size() ? first_[i + 1] : count_), std::uint32_t(i));
   });
   return vertices;
 }
@@ -87,15 +86,13 @@ Array<Point> Points::positions() const {
     return Point{x(v.x), y(v.y), z(v.z)};
   };
   if (contacts_ == NonManifold::keep) {
-    parallel_ranges(0, positions.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) positions[i] = position(std::uint32_t(i));
-    });
+    parallel_for_each(0, positions.size(), kFanGrain,
+                      [&](std::size_t i) { positions[i] = position(std::uint32_t(i)); });
     return positions;
   }
   const Array<std::uint32_t> vertices = fans_.vertices();
-  parallel_ranges(0, vertices.size(), kFanGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) positions[i] = position(vertices[i]);
-  });
+  parallel_for_each(0, vertices.size(), kFanGrain,
+                    [&](std::size_t i) { positions[i] = position(vertices[i]); });
   for (std::size_t i = 0; i < midpoints_.size(); ++i) {
     const Midpoint& m = midpoints_[i];
     positions[vertices.size() + i] = midpoint(position(m.lower), position(m.upper), m.axis);

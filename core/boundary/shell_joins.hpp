@@ -32,11 +32,10 @@ void join_shells(const Solid& solid, const Planes& planes, const Fans& fans, con
     for (int sector = 0; sector < sectors; ++sector)
       join(fans.at_edge(lower, 2 * axis, sector), fans.at_edge(upper, 2 * axis + 1, sector));
   });
-  parallel_ranges(0, faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t face = begin; face < end; ++face)
-      for (std::uint32_t hole = faces.first_loop[face] + 1; hole < faces.first_loop[face + 1]; ++hole)
-        join(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]),
-             fan_of_loop(solid, fans, faces, contacts, face, hole));
+  parallel_for_each(0, faces.size(), kGrain, [&](std::size_t face) {
+    for (std::uint32_t hole = faces.first_loop[face] + 1; hole < faces.first_loop[face + 1]; ++hole)
+      join(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]),
+           fan_of_loop(solid, fans, faces, contacts, face, hole));
   });
 }
 

@@ -203,10 +203,9 @@ Shells find_shells(const Solid& solid, const Planes& planes, const Faces& faces,
     shells.bodies += !cavity;
   }
   shells.of_face.resize(faces.size());
-  parallel_ranges(0, faces.size(), kFaceGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t face = begin; face < end; ++face)
-      shells.of_face[face] =
-          shell_of[sets.find(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]))];
+  parallel_for_each(0, faces.size(), kFaceGrain, [&](std::size_t face) {
+    shells.of_face[face] =
+        shell_of[sets.find(fan_of_loop(solid, fans, faces, contacts, face, faces.first_loop[face]))];
   });
 
   // From there, a ray towards -x runs inside the body until it meets a shell that begins lower.

@@ -275,11 +275,9 @@ Triangulation triangulate(std::span<const Point> points, const Faces& faces) {
     result.first.resize(faces.size() + 1);
   });
   // The n + 2 * holes - 2 triangles of a face come after those of the faces before it.
-  parallel_ranges(0, faces.size() + 1, kTriangulatedGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      const std::size_t loops = faces.first_loop[f];
-      result.first[f] = static_cast<std::uint32_t>(faces.first_point[loops] + 2 * (loops - f) - 2 * f);
-    }
+  parallel_for_each(0, faces.size() + 1, kTriangulatedGrain, [&](std::size_t f) {
+    const std::size_t loops = faces.first_loop[f];
+    result.first[f] = static_cast<std::uint32_t>(faces.first_point[loops] + 2 * (loops - f) - 2 * f);
   });
   PerThread<FaceTriangulator> triangulators(FaceTriangulator(points, faces));
   parallel_ranges(0, faces.size(), kTriangulatedGrain, [&](std::size_t begin, std::size_t end) {
@@ -301,9 +299,8 @@ Mesh make_mesh(const Solid& solid, NonManifold contacts) {
   }
   const std::vector<PlaneChunk> chunks = cut_into_chunks(planes);
   std::vector<std::size_t> first(chunks.size() + 1);
-  parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      first[i + 1] = count_triangles(chunks[i].axis, planes[chunks[i].axis].vertices_of(chunks[i]));
+  parallel_for_each(0, chunks.size(), 1, [&](std::size_t i) {
+    first[i + 1] = count_triangles(chunks[i].axis, planes[chunks[i].axis].vertices_of(chunks[i]));
   });
   std::partial_sum(first.begin(), first.end(), first.begin());
   if (first.back() > kNone) throw_too_many();

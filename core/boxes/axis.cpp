@@ -71,9 +71,8 @@ class Packing {
  private:
   template <class F>
   void each_chunk(F&& f) const {
-    parallel_ranges(0, starts_.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t chunk = begin; chunk < end; ++chunk)
-        f(chunk, chunk * kGrain, std::min(size_, (chunk + 1) * kGrain));
+    parallel_for_each(0, starts_.size() - 1, 1, [&](std::size_t chunk) {
+      f(chunk, chunk * kGrain, std::min(size_, (chunk + 1) * kGrain));
     });
   }
 
@@ -173,11 +172,9 @@ template <class Boxes>
 Axis rank_of(const Boxes& boxes, unsigned axis) {
   auto bits = make_array<std::uint64_t>(2 * boxes.size(), "sorting coordinates");
   auto scratch = make_array<std::uint64_t>(2 * boxes.size(), "sorting coordinates");
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      bits[2 * i] = ordered_bits(double(boxes[i][axis]));
-      bits[2 * i + 1] = ordered_bits(double(boxes[i][axis + 3]));
-    }
+  parallel_for_each(0, boxes.size(), kGrain, [&](std::size_t i) {
+    bits[2 * i] = ordered_bits(double(boxes[i][axis]));
+    bits[2 * i + 1] = ordered_bits(double(boxes[i][axis + 3]));
   });
   return rank_of<std::uint64_t>(bits, scratch, [](std::uint64_t, std::uint32_t) {});
 }

@@ -102,9 +102,7 @@ TileGrid::TileGrid(const OrdinalSource& source, const Plan& plan)
   block_ = std::bit_floor(std::uint32_t(std::clamp(share, kLeastBlock, kMostBlock)));
   for (Chunk& chunk : chunks_) chunk.most_touched = plan.most_touched / 2;  // boxes may be sorted by size
   covered_.assign(size(), 0);
-  parallel_ranges(0, chunks_.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) scatter(source, chunks_[c]);
-  });
+  parallel_for_each(0, chunks_.size(), 1, [&](std::size_t c) { scatter(source, chunks_[c]); });
   double touched = 0;
   for (const Chunk& chunk : chunks_) {
     touched += chunk.touched;

@@ -28,11 +28,9 @@ inline Array<Face> find_faces(const std::vector<OrdinalBox>& boxes, std::size_t 
   Array<Face> faces;
   with_memory("the faces of all boxes", boxes.size() * sizeof(Face), [&] { faces.resize(boxes.size()); });
   const std::size_t p = 1 - axis;
-  parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& [lo, hi] = boxes[i];
-      faces[i] = {high ? hi[axis] : lo[axis], lo[p], hi[p], lo[2], hi[2], std::uint32_t(i)};
-    }
+  parallel_for_each(0, boxes.size(), 1 << 14, [&](std::size_t i) {
+    const auto& [lo, hi] = boxes[i];
+    faces[i] = {high ? hi[axis] : lo[axis], lo[p], hi[p], lo[2], hi[2], std::uint32_t(i)};
   });
   if (axis != 0 || high)  // otherwise the boxes are sorted like this
     radix_sort(std::span(faces), [](const Face& f) {

@@ -71,10 +71,9 @@ Labels label_components(const Adjacency& adjacency) {
   if (offsets == 0) return {};
   const auto boxes = std::uint32_t(offsets - 1);
   DisjointSets sets(boxes, "joining boxes");
-  parallel_ranges(0, boxes, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      for (const NeighborLists& lists : adjacency.backward)
-        for (const std::uint32_t other : lists[i]) sets.join(std::uint32_t(i), other);
+  parallel_for_each(0, boxes, kGrain, [&](std::size_t i) {
+    for (const NeighborLists& lists : adjacency.backward)
+      for (const std::uint32_t other : lists[i]) sets.join(std::uint32_t(i), other);
   });
   return number_sets(sets, boxes);
 }
@@ -110,25 +109,23 @@ std::vector<Component> measure_components(const Decomposition& decomposition, co
   std::array<const Axis*, 3> axes{};
   for (std::size_t i = 0; i < 3; ++i) axes[i] = &decomposition.axes[decomposition.order[i]];
   std::vector<Component> components(labels.count);
-  parallel_ranges(0, labels.count, 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      const std::size_t first = c == 0 ? 0 : next[c - 1];
-      VolumeSum volume(axes);
-      OrdinalBox bounds = boxes[sorted[first]];
-      for (std::size_t k = first; k < next[c]; ++k) {
-        const OrdinalBox& box = boxes[sorted[k]];
-        volume.add(box);
-        for (std::size_t i = 0; i < 3; ++i) {
-          bounds.lo[i] = std::min(bounds.lo[i], box.lo[i]);
-          bounds.hi[i] = std::max(bounds.hi[i], box.hi[i]);
-        }
-      }
-      components[c].boxes = next[c] - first;
-      components[c].volume = volume.result();
+  parallel_for_each(0, labels.count, 64, [&](std::size_t c) {
+    const std::size_t first = c == 0 ? 0 : next[c - 1];
+    VolumeSum volume(axes);
+    OrdinalBox bounds = boxes[sorted[first]];
+    for (std::size_t k = first; k < next[c]; ++k) {
+      const OrdinalBox& box = boxes[sorted[k]];
+      volume.add(box);
       for (std::size_t i = 0; i < 3; ++i) {
-        components[c].bounds[0][decomposition.order[i]] = axes[i]->coordinate(bounds.lo[i]);
-        components[c].bounds[1][decomposition.order[i]] = axes[i]->coordinate(bounds.hi[i]);
+        bounds.lo[i] = std::min(bounds.lo[i], box.lo[i]);
+        bounds.hi[i] = std::max(bounds.hi[i], box.hi[i]);
       }
+    }
+    components[c].boxes = next[c] - first;
+    components[c].volume = volume.result();
+    for (std::size_t i = 0; i < 3; ++i) {
+      components[c].bounds[0][decomposition.order[i]] = axes[i]->coordinate(bounds.lo[i]);
+      components[c].bounds[1][decomposition.order[i]] = axes[i]->coordinate(bounds.hi[i]);
     }
   });
   return components;
@@ -138,16 +135,14 @@ std::vector<Component> measure_components(const VoxelGrid& grid, std::span<const
   Dyadic voxel{1, 0};
   for (const double edge : grid.spacing) voxel = voxel * dyadic(std::abs(edge));
   std::vector<Component> result(components.size());
-  parallel_ranges(0, components.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      result[c].boxes = components[c].voxels;
-      result[c].volume = round_to_double(Dyadic{BigInteger(components[c].voxels), 0} * voxel);
-      for (std::size_t a = 0; a < 3; ++a) {
-        const double first = grid.edge(a, components[c].first[a]),
-                     last = grid.edge(a, components[c].last[a] + 1);
-        result[c].bounds[0][grid.axes[a]] = std::min(first, last);
-        result[c].bounds[1][grid.axes[a]] = std::max(first, last);
-      }
+  parallel_for_each(0, components.size(), 1 << 10, [&](std::size_t c) {
+    result[c].boxes = components[c].voxels;
+    result[c].volume = round_to_double(Dyadic{BigInteger(components[c].voxels), 0} * voxel);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double first = grid.edge(a, components[c].first[a]),
+                   last = grid.edge(a, components[c].last[a] + 1);
+      result[c].bounds[0][grid.axes[a]] = std::min(first, last);
+      result[c].bounds[1][grid.axes[a]] = std::max(first, last);
     }
   });
   return result;

@@ -104,9 +104,8 @@ std::vector<Planes> cut_sweep(const Evm& evm) {
     rest = rest.subspan(count);
   }
   std::vector<ExtremeVertices<2>> changes(cuts.size());
-  parallel_ranges(0, std::max<std::size_t>(cuts.size(), 1) - 1, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) changes[i] = section_change(cuts[i]);
-  });
+  parallel_for_each(0, std::max<std::size_t>(cuts.size(), 1) - 1, 1,
+                    [&](std::size_t i) { changes[i] = section_change(cuts[i]); });
   std::vector<Planes> parts;
   ExtremeVertices<2> section, next;
   for (std::size_t i = 0; i < cuts.size(); ++i) {
@@ -125,9 +124,7 @@ std::vector<Planes> cut_sweep(const Evm& evm) {
 std::vector<Part> sweep_in_parts(const Evm& evm, std::uint64_t most) {
   const std::vector<Planes> planes = cut_sweep(evm);
   std::vector<Part> parts(planes.size());
-  parallel_ranges(0, planes.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) parts[i] = sweep(planes[i], most);
-  });
+  parallel_for_each(0, planes.size(), 1, [&](std::size_t i) { parts[i] = sweep(planes[i], most); });
   return parts;
 }
 
@@ -213,12 +210,11 @@ Evm make_evm(const Decomposition& decomposition) {
   Array<OrderedPoint<3>> corners;
   with_memory("the corners of all boxes", 8 * boxes.size() * sizeof(OrderedPoint<3>),
               [&] { corners.resize(8 * boxes.size()); });
-  parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t k = 0; k < 8; ++k) {
-        const auto& [lo, hi] = boxes[i];
-        corners[8 * i + k] = {k & 4 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 1 ? hi[2] : lo[2]};
-      }
+  parallel_for_each(0, boxes.size(), 1 << 14, [&](std::size_t i) {
+    for (std::size_t k = 0; k < 8; ++k) {
+      const auto& [lo, hi] = boxes[i];
+      corners[8 * i + k] = {k & 4 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 1 ? hi[2] : lo[2]};
+    }
   });
   radix_sort(std::span(corners), PointKey());
   keep_odd(corners);
@@ -237,12 +233,11 @@ BoxSet to_boxes(const Decomposition& decomposition) {
   for (std::size_t i = 0; i < 3; ++i) place[decomposition.order[i]] = i;
   const auto convert = [&]<class T>(std::vector<BoxOf<T>> result) {
     with_memory("the boxes", boxes.size() * sizeof(BoxOf<T>), [&] { result.resize(boxes.size()); });
-    parallel_ranges(0, boxes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          result[i][axis] = T(decomposition.axes[axis].coordinate(boxes[i].lo[place[axis]]));
-          result[i][axis + 3] = T(decomposition.axes[axis].coordinate(boxes[i].hi[place[axis]]));
-        }
+    parallel_for_each(0, boxes.size(), 1 << 14, [&](std::size_t i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        result[i][axis] = T(decomposition.axes[axis].coordinate(boxes[i].lo[place[axis]]));
+        result[i][axis + 3] = T(decomposition.axes[axis].coordinate(boxes[i].hi[place[axis]]));
+      }
     });
     return BoxSet(std::move(result));
   };

@@ -255,9 +255,8 @@ std::vector<Array<ContourVertex>> find_parts(Array<OrdinalRectangle> all, const 
   const Parts parts(std::move(all), grid.strips, static_cast<std::size_t>(kPart / grid.touched) + 1);
   PerThread<PartContour> finders{PartContour(grid)};
   std::vector<Array<ContourVertex>> found(parts.size());
-  parallel_ranges(0, parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      found[i] = finders.local().find(parts[i], parts.first_strip(i), parts.first_strip(i + 1));
+  parallel_for_each(0, parts.size(), 1, [&](std::size_t i) {
+    found[i] = finders.local().find(parts[i], parts.first_strip(i), parts.first_strip(i + 1));
   });
   return found;
 }
@@ -268,9 +267,8 @@ Array<ContourVertex> joined(std::vector<Array<ContourVertex>> parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) first[i + 1] = first[i] + parts[i].size();
   Array<ContourVertex> all;
   with_memory("the contour", first.back() * sizeof(ContourVertex), [&] { all.resize(first.back()); });
-  parallel_ranges(0, parts.size(), parts.size() / 64 + 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      std::ranges::copy(parts[i], all.begin() + std::ptrdiff_t(first[i]));
+  parallel_for_each(0, parts.size(), parts.size() / 64 + 1, [&](std::size_t i) {
+    std::ranges::copy(parts[i], all.begin() + std::ptrdiff_t(first[i]));
   });
   return all;
 }

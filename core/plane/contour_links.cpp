@@ -57,9 +57,7 @@ ContourLinks::ContourLinks(const Contour& contour, const ContourColumns& columns
     begin = end;
   }
   std::vector<std::vector<Dangling>> dangling(count);
-  parallel_ranges(0, count, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) link(bands_[i], columns, dangling[i]);
-  });
+  parallel_for_each(0, count, 1, [&](std::size_t i) { link(bands_[i], columns, dangling[i]); });
   for (std::size_t i = 1; i < count; ++i) join(bands_[i - 1], bands_[i], dangling[i]);
 }
 

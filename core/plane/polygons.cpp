@@ -222,19 +222,17 @@ std::vector<Hole> find_holes(const Contour& contour, const ContourColumns& colum
   }
   if (holes.empty() && !some_cut_off) return holes;
   const std::vector<std::uint32_t> left_ends = find_left_ends(contour, columns, links, holes);
-  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      auto [polygon, hole] = before[b];
-      auto own = bands[b].holes.begin();
-      auto cut_off = bands[b].cut_off.begin();
-      for (std::size_t l = 0; l < bands[b].size(); ++l) {
-        const bool is_hole = own != bands[b].holes.end() && *own == l;
-        own += is_hole;
-        const std::uint32_t label = is_hole ? kHole | hole++ : polygon++;
-        for (const std::uint32_t corner : bands[b][l]) links.next(corner) = label;
-        for (; cut_off != bands[b].cut_off.end() && cut_off->loop == l; ++cut_off)
-          for (const std::uint32_t corner : cut_off->corners) links.next(corner) = label;
-      }
+  parallel_for_each(0, bands.size(), 1, [&](std::size_t b) {
+    auto [polygon, hole] = before[b];
+    auto own = bands[b].holes.begin();
+    auto cut_off = bands[b].cut_off.begin();
+    for (std::size_t l = 0; l < bands[b].size(); ++l) {
+      const bool is_hole = own != bands[b].holes.end() && *own == l;
+      own += is_hole;
+      const std::uint32_t label = is_hole ? kHole | hole++ : polygon++;
+      for (const std::uint32_t corner : bands[b][l]) links.next(corner) = label;
+      for (; cut_off != bands[b].cut_off.end() && cut_off->loop == l; ++cut_off)
+        for (const std::uint32_t corner : cut_off->corners) links.next(corner) = label;
     }
   });
   for (std::size_t i = 0; i < holes.size(); ++i) {
@@ -277,24 +275,22 @@ Faces joined(const ContourLinks& links, std::span<const BandLoops> bands, std::s
     faces.direction.resize(all.polygon);
   });
   std::ranges::fill(faces.direction, kUp);
-  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      auto at = before[b];
-      const auto append = [&](std::span<const std::uint32_t> corners) {
-        for (const std::uint32_t corner : corners) faces.loop_points[at.point++] = links.vertex(corner);
-        faces.first_point[at.polygon + at.hole + 1] = static_cast<std::uint32_t>(at.point);
-      };
-      std::size_t own_hole = 0;
-      for (std::uint32_t l = 0; l < bands[b].size(); ++l) {
-        if (own_hole < bands[b].holes.size() && bands[b].holes[own_hole] == l) {
-          ++own_hole;
-          continue;
-        }
-        append(bands[b][l]);
-        for (++at.polygon; at.hole < holes.size() && holes[at.hole].polygon + 1 == at.polygon; ++at.hole)
-          append(holes[at.hole].corners);
-        faces.first_loop[at.polygon] = static_cast<std::uint32_t>(at.polygon + at.hole);
+  parallel_for_each(0, bands.size(), 1, [&](std::size_t b) {
+    auto at = before[b];
+    const auto append = [&](std::span<const std::uint32_t> corners) {
+      for (const std::uint32_t corner : corners) faces.loop_points[at.point++] = links.vertex(corner);
+      faces.first_point[at.polygon + at.hole + 1] = static_cast<std::uint32_t>(at.point);
+    };
+    std::size_t own_hole = 0;
+    for (std::uint32_t l = 0; l < bands[b].size(); ++l) {
+      if (own_hole < bands[b].holes.size() && bands[b].holes[own_hole] == l) {
+        ++own_hole;
+        continue;
       }
+      append(bands[b][l]);
+      for (++at.polygon; at.hole < holes.size() && holes[at.hole].polygon + 1 == at.polygon; ++at.hole)
+        append(holes[at.hole].corners);
+      faces.first_loop[at.polygon] = static_cast<std::uint32_t>(at.polygon + at.hole);
     }
   });
   return faces;
@@ -310,9 +306,8 @@ Faces find_polygons(const Contour& contour) {
   ContourLinks links(contour, columns);
   Interruptible::check();
   std::vector<BandLoops> bands(links.bands().size());
-  parallel_ranges(0, bands.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) bands[b] = trace(contour, links, links.bands()[b]);
-  });
+  parallel_for_each(0, bands.size(), 1,
+                    [&](std::size_t b) { bands[b] = trace(contour, links, links.bands()[b]); });
   Interruptible::check();
   const std::vector<Hole> holes = find_holes(contour, columns, links, bands);
   return joined(links, bands, holes);

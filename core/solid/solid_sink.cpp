@@ -28,10 +28,8 @@ Array<T> collect(PerThread<Part>& parts, BlockList<T> Part::*list) {
     }
   });
   auto all = make_array<T>(count, kWhat);
-  parallel_ranges(0, blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      std::copy(blocks[i].first.begin(), blocks[i].first.end(),
-                all.begin() + std::ptrdiff_t(blocks[i].second));
+  parallel_for_each(0, blocks.size(), 1, [&](std::size_t i) {
+    std::copy(blocks[i].first.begin(), blocks[i].first.end(), all.begin() + std::ptrdiff_t(blocks[i].second));
   });
   parts.for_each([&](Part& part) { part.*list = {}; });
   return all;
@@ -62,9 +60,8 @@ Solid SolidSink::take() {
     Array<std::uint64_t> codes = collect(parts_, &Part::codes);
     radix_sort(std::span(codes));
     solid.vertices = make_array<Vertex>(codes.size(), kWhat);
-    parallel_ranges(0, codes.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) solid.vertices[i] = code_.decode(codes[i]);
-    });
+    parallel_for_each(0, codes.size(), kVertexGrain,
+                      [&](std::size_t i) { solid.vertices[i] = code_.decode(codes[i]); });
   } else {
     solid.vertices = collect(parts_, &Part::vertices);
     radix_sort(std::span(solid.vertices), [](const Vertex& v) {

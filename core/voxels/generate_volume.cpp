@@ -125,21 +125,18 @@ void average_axis(Array<std::uint32_t>& noise, const VoxelGrid& grid, std::size_
   if (window == 1) return;
   const auto [nx, ny, nz] = grid.size;
   if (axis == 0) {
-    parallel_ranges(0, ny * nz, kGrain / nx + 1, [&, nx = nx](std::size_t begin, std::size_t end) {
-      for (std::size_t row = begin; row < end; ++row)
-        average(&noise[row * nx], nx, 1, std::integral_constant<std::size_t, 1>{}, window);
+    parallel_for_each(0, ny * nz, kGrain / nx + 1, [&, nx = nx](std::size_t row) {
+      average(&noise[row * nx], nx, 1, std::integral_constant<std::size_t, 1>{}, window);
     });
   } else {
     // Works on stretches of rows side by side. For z, these continue from one row to the next.
     constexpr std::size_t kStretch = 4096;
     const std::size_t layer = axis == 1 ? nx : nx * ny, layers = grid.size[axis];
     const std::size_t pieces = (layer + kStretch - 1) / kStretch;
-    parallel_ranges(0, pieces * (axis == 1 ? nz : 1), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t piece = i % pieces * kStretch;
-        average(&noise[i / pieces * layer * layers + piece], layers, layer, std::min(kStretch, layer - piece),
-                window);
-      }
+    parallel_for_each(0, pieces * (axis == 1 ? nz : 1), 1, [&](std::size_t i) {
+      const std::size_t piece = i % pieces * kStretch;
+      average(&noise[i / pieces * layer * layers + piece], layers, layer, std::min(kStretch, layer - piece),
+              window);
     });
   }
 }
@@ -174,15 +171,11 @@ std::uint32_t quantile(const Array<std::uint32_t>& noise, std::uint64_t rank) {
 Volume generate_phantom(const std::array<std::int64_t, 3>& size) {
   Volume volume = make_volume(make_grid(size));
   const VoxelGrid& grid = volume.grid;
-  parallel_ranges(0, grid.size[1] * grid.size[2], kGrain / grid.size[0] + 1,
-                  [&](std::size_t begin, std::size_t end) {
-                    for (std::size_t row = begin; row < end; ++row) {
-                      std::uint8_t* const voxels = &volume.inside[row * grid.size[0]];
-                      std::fill_n(voxels, grid.size[0], std::uint8_t{0});
-                      for (const Ellipsoid& e : kPhantom)
-                        flip_row(e, grid, row % grid.size[1], row / grid.size[1], voxels);
-                    }
-                  });
+  parallel_for_each(0, grid.size[1] * grid.size[2], kGrain / grid.size[0] + 1, [&](std::size_t row) {
+    std::uint8_t* const voxels = &volume.inside[row * grid.size[0]];
+    std::fill_n(voxels, grid.size[0], std::uint8_t{0});
+    for (const Ellipsoid& e : kPhantom) flip_row(e, grid, row % grid.size[1], row / grid.size[1], voxels);
+  });
   return volume;
 }
 
@@ -195,9 +188,8 @@ Volume generate_porous(const std::array<std::int64_t, 3>& size, const Porosity& 
   const VoxelGrid grid = make_grid(size);
   Array<std::uint32_t> noise;
   with_memory("the noise of the volume", 4 * grid.voxels(), [&] { noise.resize(grid.voxels()); });
-  parallel_ranges(0, noise.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      noise[i] = std::uint32_t(splitmix64(seed, i) >> (64 - kNoiseBits));
+  parallel_for_each(0, noise.size(), kGrain, [&](std::size_t i) {
+    noise[i] = std::uint32_t(splitmix64(seed, i) >> (64 - kNoiseBits));
   });
   for (int pass = 0; pass < 3; ++pass)
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -206,9 +198,7 @@ Volume generate_porous(const std::array<std::int64_t, 3>& size, const Porosity& 
   const auto rank = std::uint64_t(std::floor(porosity.pores * double(noise.size())));
   const std::uint32_t bound = quantile(noise, rank);
   Volume volume = make_volume(grid);
-  parallel_ranges(0, noise.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) volume.inside[i] = noise[i] >= bound;
-  });
+  parallel_for_each(0, noise.size(), kGrain, [&](std::size_t i) { volume.inside[i] = noise[i] >= bound; });
   return volume;
 }
 

@@ -88,12 +88,11 @@ Volume transposed(const Volume& volume) {
   std::swap(result.grid.axes[0], result.grid.axes[2]);
   with_memory("the volume", volume.inside.size(), [&] { result.inside.resize(volume.inside.size()); });
   constexpr std::size_t kBlock = 64;  // walks both volumes in cache lines
-  parallel_ranges(0, ny, 1, [&, nx = nx, ny = ny, nz = nz](std::size_t first_y, std::size_t last_y) {
-    for (std::size_t y = first_y; y < last_y; ++y)
-      for (std::size_t block = 0; block < nz; block += kBlock)
-        for (std::size_t x = 0; x < nx; ++x)
-          for (std::size_t z = block; z < std::min(block + kBlock, nz); ++z)
-            result.inside[(x * ny + y) * nz + z] = volume.inside[(z * ny + y) * nx + x];
+  parallel_for_each(0, ny, 1, [&, nx = nx, ny = ny, nz = nz](std::size_t y) {
+    for (std::size_t block = 0; block < nz; block += kBlock)
+      for (std::size_t x = 0; x < nx; ++x)
+        for (std::size_t z = block; z < std::min(block + kBlock, nz); ++z)
+          result.inside[(x * ny + y) * nz + z] = volume.inside[(z * ny + y) * nx + x];
   });
   return result;
 }

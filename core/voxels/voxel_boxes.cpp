@@ -157,9 +157,8 @@ void sweep_slices(const VoxelStream& stream, Boxes& boxes) {
     stream.read(inside);
     const VoxelRuns runs(inside, grid.size[0]);
     std::vector<std::vector<Rectangle>> rectangles(slices);
-    parallel_ranges(0, slices, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t s = begin; s < end; ++s) rectangles[s] = slice_rectangles(runs, s * height, height);
-    });
+    parallel_for_each(0, slices, 1,
+                      [&](std::size_t s) { rectangles[s] = slice_rectangles(runs, s * height, height); });
     for (std::size_t s = 0; s < slices; ++s)
       advance(
           open, rectangles[s],
@@ -210,16 +209,14 @@ BoxSet voxel_boxes(const VoxelStream& stream) {
   std::vector<IntegerBox> boxes = index_boxes(stream);
   constexpr std::size_t kGrain = std::size_t{1} << 14;
   if (has_whole_edges(grid)) {
-    parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) boxes[i] = placed<std::int32_t>(boxes[i], grid);
-    });
+    parallel_for_each(0, boxes.size(), kGrain,
+                      [&](std::size_t i) { boxes[i] = placed<std::int32_t>(boxes[i], grid); });
     return boxes;
   }
   std::vector<Box> result = with_memory("the boxes of the volume", boxes.size() * sizeof(Box),
                                         [&] { return std::vector<Box>(boxes.size()); });
-  parallel_ranges(0, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) result[i] = placed<double>(boxes[i], grid);
-  });
+  parallel_for_each(0, boxes.size(), kGrain,
+                    [&](std::size_t i) { result[i] = placed<double>(boxes[i], grid); });
   return result;
 }
 

@@ -75,8 +75,8 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity conn
                     grain = std::max<std::size_t>((std::size_t{1} << 16) / (width + 1), 1);
 
   DisjointSets sets(std::uint32_t(runs.size()), "joining voxels");
-  parallel_ranges(0, rows, grain, [&, height = height](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) join_neighbors(runs, row, height, connectivity, sets);
+  parallel_for_each(0, rows, grain, [&, height = height](std::size_t row) {
+    join_neighbors(runs, row, height, connectivity, sets);
   });
 
   // Parents are lower than their children, so the parents of earlier runs have become labels already.
@@ -91,13 +91,11 @@ std::vector<VoxelComponent> label_voxels(const Volume& volume, Connectivity conn
     }
   }
 
-  parallel_ranges(0, rows, grain, [&, width = width](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) {
-      std::uint32_t* const voxels = labels.data() + row * width;
-      std::fill_n(voxels, width, 0u);
-      for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r)
-        std::fill(voxels + runs[r].begin, voxels + runs[r].end, run_labels[r]);
-    }
+  parallel_for_each(0, rows, grain, [&, width = width](std::size_t row) {
+    std::uint32_t* const voxels = labels.data() + row * width;
+    std::fill_n(voxels, width, 0u);
+    for (std::size_t r = runs.start(row); r < runs.start(row + 1); ++r)
+      std::fill(voxels + runs[r].begin, voxels + runs[r].end, run_labels[r]);
   });
   return counter.take();
 }

@@ -65,33 +65,29 @@ VoxelRuns::VoxelRuns(std::span<const std::uint8_t> inside, std::size_t width) {
   const auto row = [&](std::size_t r) { return inside.data() + r * width; };
   with_memory("the rows of the volume", (rows + 1) * sizeof(std::size_t), [&] { starts_.resize(rows + 1); });
   starts_[0] = 0;
-  parallel_ranges(0, rows, grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      std::size_t changes_of_row = 0;
-      for_each_change(row(r), width, [&](std::size_t, std::uint64_t changes) {
-        changes_of_row += std::size_t(std::popcount(changes));
-      });
-      starts_[r + 1] = changes_of_row / 2;
-    }
+  parallel_for_each(0, rows, grain, [&](std::size_t r) {
+    std::size_t changes_of_row = 0;
+    for_each_change(row(r), width, [&](std::size_t, std::uint64_t changes) {
+      changes_of_row += std::size_t(std::popcount(changes));
+    });
+    starts_[r + 1] = changes_of_row / 2;
   });
   std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
 
   with_memory("the runs of the volume", starts_[rows] * sizeof(Run), [&] { runs_.resize(starts_[rows]); });
-  parallel_ranges(0, rows, grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      Run* run = runs_.data() + starts_[r];
-      bool is_open = false;
-      for_each_change(row(r), width, [&](std::size_t x, std::uint64_t changes) {
-        for (; changes; changes &= changes - 1) {
-          const auto at = std::uint32_t(x + std::size_t(std::countr_zero(changes)));
-          if (is_open)
-            run++->end = at;
-          else
-            run->begin = at;
-          is_open = !is_open;
-        }
-      });
-    }
+  parallel_for_each(0, rows, grain, [&](std::size_t r) {
+    Run* run = runs_.data() + starts_[r];
+    bool is_open = false;
+    for_each_change(row(r), width, [&](std::size_t x, std::uint64_t changes) {
+      for (; changes; changes &= changes - 1) {
+        const auto at = std::uint32_t(x + std::size_t(std::countr_zero(changes)));
+        if (is_open)
+          run++->end = at;
+        else
+          run->begin = at;
+        is_open = !is_open;
+      }
+    });
   });
 }
 

@@ -99,12 +99,10 @@ NativeCells::NativeCells(CellKernel kernel, const CellSink& sink)
     : sink_(sink), source_(source(kernel, sink)) {}
 
 void NativeCells::compute(const CellBatch& batch, void* const* buffers, u32 capacity) const {
-  parallel_ranges(0, batch.runs.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      const auto run = static_cast<u32>(r);
-      const CellParameters parameters{run, run + 1, capacity, 2};
-      source_.native(buffers, &parameters, 0, 1);
-    }
+  parallel_for_each(0, batch.runs.size(), 1, [&](std::size_t r) {
+    const auto run = static_cast<u32>(r);
+    const CellParameters parameters{run, run + 1, capacity, 2};
+    source_.native(buffers, &parameters, 0, 1);
   });
 }
 

@@ -22,11 +22,9 @@ struct BatchTiles : Tiles {
 
 BatchTiles cut_batch(const SlabBatch& batch, std::uint32_t max_coordinates) {
   std::vector<Tiles> by_slab(batch.slabs());
-  parallel_ranges(0, batch.slabs(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      cut_tiles(
-          std::span(batch.rectangles).subspan(batch.offsets[i], batch.offsets[i + 1] - batch.offsets[i]),
-          max_coordinates, by_slab[i]);
+  parallel_for_each(0, batch.slabs(), 1, [&](std::size_t i) {
+    cut_tiles(std::span(batch.rectangles).subspan(batch.offsets[i], batch.offsets[i + 1] - batch.offsets[i]),
+              max_coordinates, by_slab[i]);
   });
   BatchTiles all;
   all.first_tile.assign(1, 0);
@@ -75,9 +73,7 @@ void unite_by_slices(std::vector<OrdinalBox> boxes, const Options& options, Vert
       const std::size_t begin = offsets[tiles.first_tile[i]], end = offsets[tiles.first_tile[i + 1]];
       return std::span(vertices).subspan(begin, end - begin);
     };
-    parallel_ranges(0, batch.slabs(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) std::ranges::sort(slab(i), kContourOrder);
-    });
+    parallel_for_each(0, batch.slabs(), 1, [&](std::size_t i) { std::ranges::sort(slab(i), kContourOrder); });
     const bool is_last = batch.first + batch.slabs() == sweep.slabs();
     parallel_ranges(0, batch.slabs() + is_last, 1, [&](std::size_t begin, std::size_t end) {
       XorMerge& merge = merges.local();

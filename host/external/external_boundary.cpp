@@ -67,13 +67,11 @@ void set_ordinals(std::span<const NumberedVertex<std::uint64_t>> vertices, const
     std::vector<double> coordinates(distinct.size());
     std::ranges::transform(distinct, coordinates.begin(), from_ordered_bits);
     part.axes[a] = Axis::rank(std::move(coordinates));
-    parallel_ranges(0, vertices.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto place = std::ranges::lower_bound(distinct, vertices[i].at[a]) - distinct.begin();
-        Vertex& v = part.vertices[i];
-        (a == 0 ? v.x : a == 1 ? v.y : v.z) = static_cast<std::uint32_t>(place + 1);
-        v.mask = static_cast<std::uint32_t>(vertices[i].mask);
-      }
+    parallel_for_each(0, vertices.size(), 1 << 14, [&](std::size_t i) {
+      const auto place = std::ranges::lower_bound(distinct, vertices[i].at[a]) - distinct.begin();
+      Vertex& v = part.vertices[i];
+      (a == 0 ? v.x : a == 1 ? v.y : v.z) = static_cast<std::uint32_t>(place + 1);
+      v.mask = static_cast<std::uint32_t>(vertices[i].mask);
     });
   }
 }

@@ -160,9 +160,8 @@ class Reader {
     const std::vector<std::string_view> pieces = cut(text);
     for (std::size_t first = 0; first < pieces.size(); first += kPiecesAtOnce) {
       std::vector<Chunk> chunks(std::min(kPiecesAtOnce, pieces.size() - first));
-      parallel_ranges(0, chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) chunks[i] = parse_chunk(pieces[first + i]);
-      });
+      parallel_for_each(0, chunks.size(), 1,
+                        [&](std::size_t i) { chunks[i] = parse_chunk(pieces[first + i]); });
       for (const Chunk& chunk : chunks) {
         lines_ += chunk.lines;
         if (chunk.bad_line) reject_row(fmt::format("{}:{}", name_, lines_ + 1), *chunk.bad_line);

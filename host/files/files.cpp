@@ -100,9 +100,7 @@ void write_blocks(Writer writer, std::size_t count, Make&& make) {
   std::vector<T> block;
   for (std::size_t first = 0; first < count; first += block.size()) {
     block.resize(std::min(kRows, count - first));
-    parallel_ranges(0, block.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) block[i] = make(first + i);
-    });
+    parallel_for_each(0, block.size(), 1 << 14, [&](std::size_t i) { block[i] = make(first + i); });
     writer.write(block);
   }
 }
@@ -165,11 +163,9 @@ bool write_mesh(const Mesh& mesh, OutputFile file) {
   Faces faces;  // one for each triangle
   Triangulation triangulation{mesh.triangles, make_array<std::uint32_t>(count + 1, "the faces")};
   with_memory("the faces", count, [&] { faces.direction.resize(count); });
-  parallel_ranges(0, count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      faces.direction[t] = direction_of(mesh.triangles[t], mesh.points);
-      triangulation.first[t] = std::uint32_t(t);
-    }
+  parallel_for_each(0, count, 1 << 12, [&](std::size_t t) {
+    faces.direction[t] = direction_of(mesh.triangles[t], mesh.points);
+    triangulation.first[t] = std::uint32_t(t);
   });
   triangulation.first[count] = std::uint32_t(count);
   const auto writer = begin_mesh(file, {mesh.points.size(), count, true});

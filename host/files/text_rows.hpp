@@ -19,12 +19,10 @@ void write_rows(Sink& sink, std::size_t count, F append) {
   for (std::size_t first = 0; first < count; first += kChunks * kRows) {
     const std::size_t rows = std::min(kChunks * kRows, count - first);
     const std::size_t chunks = (rows + kRows - 1) / kRows;
-    parallel_ranges(0, chunks, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        texts[i].clear();
-        const std::size_t last = first + std::min((i + 1) * kRows, rows);
-        for (std::size_t row = first + i * kRows; row < last; ++row) append(row, texts[i]);
-      }
+    parallel_for_each(0, chunks, 1, [&](std::size_t i) {
+      texts[i].clear();
+      const std::size_t last = first + std::min((i + 1) * kRows, rows);
+      for (std::size_t row = first + i * kRows; row < last; ++row) append(row, texts[i]);
     });
     for (std::size_t i = 0; i < chunks; ++i) sink.write({texts[i].data(), texts[i].size()});
   }

@@ -106,11 +106,9 @@ void ZipWriter::deflate_blocks(bool last) {
   };
   deflated_.resize(std::max(blocks, deflated_.size()));
   std::vector<std::uint32_t> crcs(blocks);
-  parallel_ranges(0, blocks, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      deflate_block(block(i), last && i + 1 == blocks, deflated_[i]);
-      crcs[i] = crc_of(block(i));
-    }
+  parallel_for_each(0, blocks, 1, [&](std::size_t i) {
+    deflate_block(block(i), last && i + 1 == blocks, deflated_[i]);
+    crcs[i] = crc_of(block(i));
   });
   for (std::size_t i = 0; i < blocks; ++i) {
     file_.write(deflated_[i]);
