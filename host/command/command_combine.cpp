@@ -8,6 +8,7 @@
 #include "boxunion/union.hpp"
 #include "core/base/parallel.hpp"
 #include "core/cells/expression.hpp"
+#include "host/command/boundary_writer.hpp"
 #include "host/command/command_memory.hpp"
 #include "host/command/command_results.hpp"
 #include "host/engine/threads.hpp"
@@ -122,8 +123,7 @@ void combine(const std::string& text, const std::vector<std::string>& arguments,
     for (const Result& result : writer->results())
       if (result.key != "vertices") results.push_back(result);  // already in the results
   if (!boxes.empty()) results.push_back(string_result("boxes_output", boxes));
-  add_report(results, report);
-  print_results(results, common.json);
+  finish(results, {}, report, common);
   outputs.publish();
 }
 

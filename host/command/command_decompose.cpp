@@ -44,6 +44,41 @@ void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, cons
   results.push_back(count_result("bytes", bytes));
 }
 
+/// Makes the model in memory, writes it to `file`, if there is one, and adds its results.
+void decompose_held(const Solid& solid, const DecomposeOptions& asked, std::optional<OutputFile> file,
+                    std::vector<Result>& results, Report& report) {
+  const std::optional<BoxModel> model = box_model(asked.model);
+  Stages stages(report);
+  const Evm evm = asked.order || !model ? make_evm(solid, asked.order.value_or(kAxisOrders[0]))
+                                        : make_evm_of_fewest_boxes(solid, *model);
+  stages.finish("evm");
+  if (!model) {
+    add_model(results, model, evm.order, evm.vertices.size(), {}, 0);
+    stages.end();
+    if (file) write_extreme_vertices(evm, std::move(*file));
+    return;
+  }
+  const Decomposition boxes = decompose(evm, *model);
+  stages.finish("boxes");
+  std::uint64_t pairs = 0;
+  if (asked.connectivity) {
+    pairs = find_neighbors(boxes, *asked.connectivity).pairs();
+    stages.finish("neighbors");
+  }
+  stages.end();
+  add_model(results, model, evm.order, boxes.boxes.size(), asked.connectivity, pairs);
+  if (file) write_boxes(to_boxes(boxes), std::move(*file));
+}
+
+/// The same for a union that does not fit memory.
+void decompose_within_budget(ExternalUnion& solid, const DecomposeOptions& asked,
+                             std::optional<OutputFile> file, std::vector<Result>& results, Report& report) {
+  const std::optional<BoxModel> model = box_model(asked.model);
+  const ExternalModel made =
+      decompose(solid, model, asked.order, asked.connectivity, std::move(file), report);
+  add_model(results, model, made.order, made.elements, asked.connectivity, made.pairs);
+}
+
 }  // namespace
 
 void decompose(const std::string& input, const std::string& output, const DecomposeOptions& decompose_options,
@@ -53,7 +88,6 @@ void decompose(const std::string& input, const std::string& output, const Decomp
   std::optional<OutputFile> file;
   if (!output.empty()) file.emplace(open_output(output, FileUse::boxes, &outputs));
   Report report;
-  const std::optional<BoxModel> model = box_model(decompose_options.model);
   std::vector<Result> results = {string_result("model", name(decompose_options.model))};
   std::optional<std::uint64_t> slabs;
   with_threads(common.engine, [&] {
@@ -61,40 +95,16 @@ void decompose(const std::string& input, const std::string& output, const Decomp
     if (common.budget) {
       const auto boxes = open_boxes(input, *common.budget, common.volume);
       ExternalUnion solid(*boxes, options, *common.budget, report);
-      const ExternalModel made = decompose(solid, model, decompose_options.order,
-                                           decompose_options.connectivity, std::move(file), report);
-      add_model(results, model, made.order, made.elements, decompose_options.connectivity, made.pairs);
+      decompose_within_budget(solid, decompose_options, std::move(file), results, report);
       slabs = solid.slabs();
-      return;
+    } else {
+      const Solid solid = unite(read_boxes(input, nullptr, common.volume), options, &report);
+      decompose_held(solid, decompose_options, std::move(file), results, report);
     }
-    const Solid solid = unite(read_boxes(input, nullptr, common.volume), options, &report);
-    Stages stages(report);
-    const auto& order = decompose_options.order;
-    const Evm evm = order || !model ? make_evm(solid, order.value_or(kAxisOrders[0]))
-                                    : make_evm_of_fewest_boxes(solid, *model);
-    stages.finish("evm");
-    if (!model) {
-      add_model(results, model, evm.order, evm.vertices.size(), {}, 0);
-      stages.end();
-      if (file) write_extreme_vertices(evm, std::move(*file));
-      return;
-    }
-    const Decomposition boxes = decompose(evm, *model);
-    stages.finish("boxes");
-    std::uint64_t pairs = 0;
-    if (decompose_options.connectivity) {
-      pairs = find_neighbors(boxes, *decompose_options.connectivity).pairs();
-      stages.finish("neighbors");
-    }
-    stages.end();
-    add_model(results, model, evm.order, boxes.boxes.size(), decompose_options.connectivity, pairs);
-    if (file) write_boxes(to_boxes(boxes), std::move(*file));
   });
   bar.clear();
   if (!output.empty()) results.push_back(string_result("output", output));
-  if (slabs) results.push_back(count_result("slabs", *slabs));
-  add_report(results, report);
-  print_results(results, common.json);
+  finish(results, slabs, report, common);
   outputs.publish();
 }
 

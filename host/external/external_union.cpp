@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <limits>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <utility>
@@ -17,7 +15,6 @@
 #include "boxunion/error.hpp"
 #include "core/anchored/anchored.hpp"
 #include "core/base/parallel.hpp"
-#include "core/base/sample.hpp"
 #include "core/boxes/cuts.hpp"
 #include "core/cells/tiles.hpp"
 #include "core/solid/statistics.hpp"
@@ -25,8 +22,11 @@
 #include "host/engine/cells_method.hpp"
 #include "host/engine/slices_method.hpp"
 #include "host/engine/stopwatch.hpp"
+#include "host/external/load_slab.hpp"
 #include "host/external/slab_files.hpp"
+#include "host/external/slab_sinks.hpp"
 #include "host/external/sorted_runs.hpp"
+#include "host/external/survey.hpp"
 
 namespace boxunion {
 namespace {
@@ -39,7 +39,6 @@ constexpr std::uint64_t kLeastBytes = 4 * kMiB;  // for boxes
 // Memory of a box in the engine, as ordinals and in tiles, or while it is sorted if axes are no lattices.
 // Long boxes are in many cells each; they get more if cuts help.
 constexpr std::uint64_t kLatticeBoxBytes = 112, kGeneralBoxBytes = 176, kLongBoxBytes = 400;
-constexpr double kLong = 0.1;  // mean extent of long boxes on their longest axis, as a fraction of the whole
 constexpr std::uint64_t kMostBufferBytes = 64 * kMiB;
 constexpr std::size_t kMostSlabs = 64;  // slabs of one cut
 constexpr double kFill = 0.85;          // estimated fill of a slab, because samples err
@@ -52,232 +51,6 @@ using Ordinal = std::uint32_t;
 std::string text_of(std::uint64_t bytes) {
   return fmt::format("{} MiB", (bytes + kMiB - 1) / kMiB);
 }
-
-/// The findings of one pass over a file.
-struct Survey {
-  LatticeScan lattices;
-  std::uint64_t degenerate = 0;
-  std::vector<Box> sample;
-
-  void join(const Survey& other) {
-    lattices.join(other.lattices);
-    degenerate += other.degenerate;
-    sample.insert(sample.end(), other.sample.begin(), other.sample.end());
-  }
-};
-
-bool is_degenerate(const Box& box) {
-  return box[0] == box[3] || box[1] == box[4] || box[2] == box[5];
-}
-
-/// True if many boxes span a large part of the whole.
-bool are_long(std::span<const Box> sample) {
-  std::array<double, 3> lo, hi;
-  lo.fill(std::numeric_limits<double>::max());
-  hi.fill(std::numeric_limits<double>::lowest());
-  for (const Box& box : sample)
-    for (unsigned a = 0; a < 3; ++a) lo[a] = std::min(lo[a], box[a]), hi[a] = std::max(hi[a], box[a + 3]);
-  double sum = 0;
-  for (const Box& box : sample) {
-    double longest = 0;  // halved, because differences may overflow
-    for (unsigned a = 0; a < 3; ++a)
-      if (hi[a] > lo[a]) longest = std::max(longest, (box[a + 3] / 2 - box[a] / 2) / (hi[a] / 2 - lo[a] / 2));
-    sum += longest;
-  }
-  return sum > kLong * double(sample.size());
-}
-
-/// Reads all boxes of a file once, and adds them to `sums` if that is not null. Throws for the first invalid
-/// box.
-Survey survey(const BoxFile& file, BoxSummer* sums) {
-  constexpr std::uint64_t kPiece = BoxSource<double>::kPiece;
-  const Sample sample(file.size(), BoxSource<double>::kSample);
-  PerThread<Survey> parts;
-  std::mutex mutex;
-  std::atomic<std::uint64_t> bad_piece = std::numeric_limits<std::uint64_t>::max();
-  std::exception_ptr error;
-  const auto look = [&](std::uint64_t begin, Survey& part) {
-    const BoxSet boxes = file.read(begin, std::min(begin + kPiece, file.size()));
-    const std::size_t invalid = find_invalid(boxes);
-    if (invalid < boxes.size()) validate(boxes[invalid], file.name_of(begin + invalid));
-    part.lattices.add(boxes);
-    part.degenerate += count_degenerate(boxes);
-    if (sums) sums->add(boxes);
-    sample.each(begin, begin + boxes.size(), [&](std::uint64_t i) {
-      if (const Box box = boxes[i - begin]; !is_degenerate(box)) part.sample.push_back(box);
-    });
-  };
-  parallel_ranges(0, (file.size() + kPiece - 1) / kPiece, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t piece = begin; piece < end && piece < bad_piece; ++piece) try {
-        look(piece * kPiece, parts.local());
-      } catch (const Error& e) {
-        if (e.kind() != ErrorKind::input) throw;
-        const std::lock_guard lock(mutex);
-        if (piece < bad_piece) bad_piece = piece, error = std::current_exception();
-      }
-  });
-  if (error) std::rethrow_exception(error);
-  Survey all;
-  parts.for_each([&](const Survey& part) { all.join(part); });
-  return all;
-}
-
-/// The boxes of a file that are not degenerate.
-template <class C>
-class FileSource final : public BoxSource<C> {
- public:
-  FileSource(const BoxFile& file, const Survey& survey, const Axes& axes)
-      : file_(file), survey_(survey), axes_(axes) {}
-
-  std::uint64_t size() const override { return file_.size(); }
-  std::uint64_t count() const override { return file_.size() - survey_.degenerate; }
-  void read(std::uint64_t begin, std::uint64_t end, std::vector<BoxOf<C>>& boxes) const override {
-    const BoxSet all = file_.read(begin, end);
-    boxes.clear();
-    if constexpr (std::is_same_v<C, Ordinal>)
-      OrdinalSource(all, axes_).read(0, all.size(), [&](const OrdinalBox& b) {
-        boxes.push_back({b.lo[0], b.lo[1], b.lo[2], b.hi[0], b.hi[1], b.hi[2]});
-      });
-    else
-      for (std::size_t i = 0; i < all.size(); ++i)
-        if (const Box box = all[i]; !is_degenerate(box)) boxes.push_back(box);
-  }
-  std::vector<Box> sample() const override {
-    std::vector<Box> sample = survey_.sample;
-    if constexpr (std::is_same_v<C, Ordinal>)
-      for (Box& box : sample)
-        for (unsigned c = 0; c < 6; ++c) box[c] = double(axes_[c % 3].ordinal(box[c]));
-    return sample;
-  }
-
- private:
-  const BoxFile& file_;
-  const Survey& survey_;
-  const Axes& axes_;
-};
-
-/// All boxes of a source, each as convert(box), in memory.
-template <class T, class C, class Convert>
-std::vector<T> load(const BoxSource<C>& source, Convert&& convert) {
-  std::vector<T> all = with_memory("the boxes of a slab", source.count() * sizeof(T),
-                                   [&] { return std::vector<T>(source.count()); });
-  std::atomic<std::size_t> next = 0;
-  source.each_piece([&](std::span<const BoxOf<C>> boxes) {
-    std::size_t place = next.fetch_add(boxes.size());
-    for (const BoxOf<C>& box : boxes) all[place++] = convert(box);
-  });
-  return all;
-}
-
-/// Loads a slab of lattices, on axes of its own. On a cut axis, ordinals count from 2^12 at the slab: see
-/// kRegionLogEdge.
-Ordinals load_slab(const BoxSource<Ordinal>& source, const RegionOf<Ordinal>& region, const Axes& axes) {
-  std::array<Ordinal, 3> shift{};  // modulo 2^32
-  Ordinals slab;
-  OrdinalBox own;
-  for (unsigned a = 0; a < 3; ++a) {
-    const Ordinal lo = region.lo[a], hi = region.hi[a];
-    const bool moves = lo > 0 && hi - lo < 1u << 31;
-    const std::int64_t by = moves ? (std::int64_t{1} << kRegionLogEdge) - lo : 0;
-    shift[a] = static_cast<Ordinal>(by);
-    own.lo[a] = lo + shift[a];
-    own.hi[a] = hi + shift[a];
-    slab.axes[a] =
-        Axis::lattice(axes[a].base() - by, axes[a].exponent(), std::min(hi, axes[a].count()) + shift[a]);
-  }
-  slab.boxes = load<OrdinalBox>(source, [&](const BoxOf<Ordinal>& b) {
-    return OrdinalBox{{b[0] + shift[0], b[1] + shift[1], b[2] + shift[2]},
-                      {b[3] + shift[0], b[4] + shift[1], b[5] + shift[2]}};
-  });
-  slab.ends = {slab.boxes.size()};
-  slab.region = own;
-  return slab;
-}
-
-/// The first ordinal of an axis whose coordinate is at least `coordinate`.
-Ordinal first_ordinal(const Axis& axis, double coordinate) {
-  Ordinal begin = 1, end = axis.count() + 1;
-  while (begin < end) {
-    const Ordinal middle = begin + (end - begin) / 2;
-    if (axis.coordinate(middle) < coordinate)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  return begin;
-}
-
-/// Loads a slab of other axes, which are found anew. They must not all be lattices, because sums of a part of
-/// the vertices depend on the origin of lattices.
-Ordinals load_slab(const BoxSource<double>& source, const RegionOf<double>& region, const Axes&) {
-  const BoxSet boxes(load<Box>(source, [](const Box& box) { return box; }));
-  Ordinals slab = make_ordinals(boxes);
-  if (std::ranges::all_of(slab.axes, &Axis::is_lattice)) {
-    slab.axes = make_rank_axes(boxes);
-    slab.boxes = ordinal_boxes(boxes, slab.axes);
-  }
-  slab.region.emplace();
-  for (unsigned a = 0; a < 3; ++a) {
-    slab.region->lo[a] = first_ordinal(slab.axes[a], region.lo[a]);
-    slab.region->hi[a] = first_ordinal(slab.axes[a], region.hi[a]);
-  }
-  return slab;
-}
-
-/// The difference from ordinals of a slab to those of the whole, modulo 2^32, if both are lattices.
-Ordinal shift(const Axis& slab, const Axis& whole) {
-  return static_cast<Ordinal>(slab.base() - whole.base());
-}
-
-/// The mass of a slab. Sums over a part of the vertices depend on the origin of the coordinates. So those on
-/// lattices go to `whole`, a sink of all slabs. Integrals over a region do not depend on it.
-class SlabMass : public MassSink {
- public:
-  SlabMass(const Axes& axes, const Axes& whole_axes, MassSink* whole) : MassSink(axes), whole_(whole) {
-    for (unsigned a = 0; a < 3; ++a) shift_[a] = shift(axes[a], whole_axes[a]);
-  }
-  using MassSink::add;
-  void add(std::span<const Vertex> vertices) override {
-    if (!whole_) return MassSink::add(vertices);
-    std::vector<Vertex> shifted(vertices.begin(), vertices.end());
-    for (Vertex& v : shifted) v.x += shift_[0], v.y += shift_[1], v.z += shift_[2];
-    whole_->add(shifted);
-  }
-
- private:
-  MassSink* whole_;
-  std::array<Ordinal, 3> shift_{};
-};
-
-/// Passes on the vertices of a slab in coordinates of the whole.
-template <class C>
-class SlabVertices : public VertexSink {
- public:
-  using Take = std::function<void(std::span<const ExternalVertex<C>>)>;
-
-  SlabVertices(const Axes& axes, const Axes& whole, const Take& take) : axes_(axes), take_(take) {
-    for (unsigned a = 0; a < 3; ++a) shift_[a] = shift(axes[a], whole[a]);
-  }
-  void add(std::span<const Vertex> vertices) override {
-    std::vector<ExternalVertex<C>> moved;
-    moved.reserve(vertices.size());
-    for (const Vertex& v : vertices)
-      moved.push_back({{coordinate(0, v.x), coordinate(1, v.y), coordinate(2, v.z)}, v.mask});
-    take_(moved);
-  }
-
- private:
-  C coordinate(unsigned axis, Ordinal ordinal) const {
-    if constexpr (std::is_same_v<C, Ordinal>)
-      return ordinal + shift_[axis];
-    else
-      return ordered_bits(axes_[axis].coordinate(ordinal));
-  }
-
-  Axes axes_;
-  const Take& take_;
-  std::array<Ordinal, 3> shift_{};
-};
 
 }  // namespace
 
@@ -295,10 +68,10 @@ class ExternalUnion::Run {
                   fmt::format("a memory budget of {} is too small: expected at least {}",
                               text_of(budget_.bytes), text_of(base_ + kLeastBytes)));
     Stopwatch watch(report_);
-    survey_ = survey(file_, options.statistics ? &box_sums_ : nullptr);
+    survey_ = survey_boxes(file_, options.statistics ? &box_sums_ : nullptr);
     axes_ = survey_.lattices.axes();
     is_lattice_ = std::ranges::all_of(axes_, [](const Axis& axis) { return axis.count() > 0; });
-    are_long_ = are_long(survey_.sample);
+    are_long_ = survey_.are_long();
     watch.lap("survey");
   }
 
