@@ -9,8 +9,9 @@
 
 namespace boxunion {
 
-/// While it lives, work on its thread, and parallel work that this thread starts, ends with
-/// Error(interrupted) soon after a flag has become true. Long work on one thread must check() now and then.
+/// While it exists, work on its thread, and parallel work that this thread starts, ends with
+/// Error(interrupted) soon after a flag has become true. Long work on one thread must call check() now and
+/// then.
 class Interruptible {
  public:
   /// `flag` may be null.
@@ -19,9 +20,9 @@ class Interruptible {
   Interruptible& operator=(const Interruptible&) = delete;
   ~Interruptible() { flag_ = outer_; }
 
-  /// What the innermost one of this thread watches, or null.
+  /// The flag of the innermost object on this thread, or null.
   static const std::atomic<bool>* flag() { return flag_; }
-  /// Throws Error(interrupted) if that has become true.
+  /// Throws Error(interrupted) if that flag is true.
   static void check() {
     if (flag_ && *flag_) throw Error(ErrorKind::interrupted, "interrupted");
   }

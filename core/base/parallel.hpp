@@ -19,10 +19,10 @@
 
 namespace boxunion {
 
-// The one seam between boxunion and its thread library. The number of threads is the caller's business: run
-// inside a tbb::task_arena to limit it.
+// The only place where boxunion uses its thread library. The caller decides the number of threads: it runs
+// boxunion inside a tbb::task_arena to limit it.
 //
-// Built with the thread sanitizer, which cannot see how oneTBB synchronises, it uses plain threads instead.
+// With the thread sanitizer, which cannot see how oneTBB synchronises, it uses plain threads instead.
 
 #if defined(__SANITIZE_THREAD__)
 namespace library = plain_threads;
@@ -30,18 +30,18 @@ namespace library = plain_threads;
 namespace library = tbb;
 #endif
 
-/// How many threads work at once.
+/// The number of threads that work at once.
 std::size_t thread_count();
 
-// Parallel work may start more of it. A thread that waits for what it started does nothing else meanwhile, so
-// that what PerThread gave it stays its own.
+// Parallel work may start more parallel work. A thread that waits for work it started does nothing else
+// meanwhile, so its PerThread value stays its own.
 
-// A loop either runs over its whole range or throws. Any piece of it may throw; what the loop writes is then
-// worth nothing.
+// A loop either runs over its whole range or throws. Any piece may throw; the output of the loop is then
+// invalid.
 
 namespace detail {
 
-/// What every piece of parallel work calls first, if set. Tests set it, to throw there.
+/// A function that every piece of parallel work calls first, if set. Tests set it to throw there.
 extern std::atomic<void (*)()> before_piece;
 
 inline void begin_piece() {
@@ -49,8 +49,8 @@ inline void begin_piece() {
   if (const auto call = before_piece.load(std::memory_order_relaxed)) call();
 }
 
-/// The body of a loop, whatever its type, so that loops are compiled once. Refers to the function it is made
-/// of.
+/// The body of a loop, independent of its type, so that loops are compiled once. Keeps a reference to its
+/// function.
 class RangeBody {
  public:
   template <class F>
@@ -72,7 +72,7 @@ void run_ranges(std::size_t first, std::size_t last, std::size_t grain, RangeBod
 
 }  // namespace detail
 
-/// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements where possible.
+/// Calls f(begin, end) for ranges that cover [first, last), each of at least `grain` elements if possible.
 template <class F>
 void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
   if (last - first > grain) {
@@ -83,7 +83,7 @@ void parallel_ranges(std::size_t first, std::size_t last, std::size_t grain, F&&
   }
 }
 
-/// Calls f(i) for each i of [first, last), in ranges of at least `grain` where possible.
+/// Calls f(i) for each i in [first, last), in ranges of at least `grain` elements if possible.
 template <class F>
 void parallel_for_each(std::size_t first, std::size_t last, std::size_t grain, F&& f) {
   parallel_ranges(first, last, grain, [&f](std::size_t begin, std::size_t end) {
@@ -91,8 +91,8 @@ void parallel_for_each(std::size_t first, std::size_t last, std::size_t grain, F
   });
 }
 
-/// Reduces [first, last): f(begin, end, value) returns the value grown by a range, join combines two values,
-/// of which the first one is of what comes first.
+/// Reduces [first, last). f(begin, end, value) returns the value extended by a range. join combines two
+/// values, the earlier one first.
 template <class T, class F, class Join>
 T parallel_reduce(std::size_t first, std::size_t last, std::size_t grain, T identity, F&& f, Join&& join) {
   constexpr std::size_t kMostParts = 64;

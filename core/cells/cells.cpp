@@ -15,17 +15,17 @@ namespace boxunion {
 namespace {
 
 constexpr std::uint32_t kRanks = CELL_RANKS;
-constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more is cut again
-constexpr double kGoalBoxes = 7;                 // of a cell of a grid, on average
+constexpr std::uint32_t kDefaultCellBoxes = 20;  // a cell with more boxes is cut again
+constexpr double kGoalBoxes = 7;                 // average in a cell of a grid
 constexpr std::size_t kMostCells = 1u << 18;     // of a grid
-constexpr std::size_t kGridBoxes = 60;   // a crowded cell with more gets a grid, with fewer it is halved
-constexpr double kMostMisjudged = 8;     // times its estimate, of cells that boxes touch
-constexpr std::size_t kMostDepth = 8;    // of grids within grids
-constexpr std::uint64_t kStepCost = 32;  // of a step of a program, where a pair of boxes costs 1
+constexpr std::size_t kGridBoxes = 60;  // a crowded cell with more boxes gets a grid, with fewer it is halved
+constexpr double kMostMisjudged = 8;    // factor of the estimate of touched cells
+constexpr std::size_t kMostDepth = 8;   // nesting of grids
+constexpr std::uint64_t kStepCost = 32;  // cost of a step of a program; a pair of boxes costs 1
 
 using packed::field;
 
-/// Sorts numbers of [lo, hi) and drops those that are there already.
+/// Sorts numbers in [lo, hi) and removes duplicates.
 void make_distinct(std::vector<std::uint32_t>& numbers, std::uint32_t lo, std::uint32_t hi) {
   constexpr std::uint32_t kBitmap = 512;
   if (hi - lo > kBitmap) {
@@ -135,8 +135,8 @@ void TileCutter::cut(const TileBoxes& content, std::span<const Step> steps,
   add_runs(first_cell, origin, run_cost);
 }
 
-/// Sorts the cells from `first` on by their numbers of boxes, as far as these are usual, so that runs side by
-/// side take alike long: devices may run them in lockstep.
+/// Sorts the cells from `first` on by their numbers of boxes, as far as these are usual. Neighboring runs
+/// then take similar times, because devices may run them in lockstep.
 void TileCutter::sort_by_count(std::size_t first) {
   const std::span<Cell> cells = std::span(batch_->cells).subspan(first);
   std::array<std::size_t, kRanks + 1> place{};
@@ -182,7 +182,7 @@ TileCutter::Items TileCutter::first_indices(std::size_t count) {
   return Items(all_).first(count);
 }
 
-/// Gives every small cluster a cell, or adds what has a closed form to the sums, and cuts the rest by a grid.
+/// Gives every small cluster a cell, or adds it to the sums if it has a closed form. A grid cuts the rest.
 void TileCutter::cut_clusters(const PackedRegion& tile) {
   const auto keep = [&](Items items) {
     for (const std::uint32_t i : items) batch_->boxes.push_back(boxes_[i]);
@@ -197,7 +197,7 @@ void TileCutter::cut_clusters(const PackedRegion& tile) {
     ++statistics_.cells;
     statistics_.items += boxes;
   };
-  LatticeSums sums = sums_ ? *sums_ : LatticeSums{};  // a copy that the compiler knows nobody else to read
+  LatticeSums sums = sums_ ? *sums_ : LatticeSums{};  // a local copy, which may stay in registers
   if (has_operands())
     for (const PackedBox& box : boxes_) reach_.extend(box, tile);
   for (const std::uint32_t& i : clusters_.lone()) {
@@ -223,7 +223,7 @@ void TileCutter::cut_clusters(const PackedRegion& tile) {
   cut_region(tile, rest, {}, 0);
 }
 
-/// The least region that owns all points of the boxes which the tile owns.
+/// The smallest region that owns all points of the boxes that the tile owns.
 PackedRegion TileCutter::bounding_region(const PackedRegion& tile, Items items) const {
   std::array<std::uint32_t, 3> lo, hi;
   for (int a = 0; a < 3; ++a) {
@@ -238,8 +238,8 @@ PackedRegion TileCutter::bounding_region(const PackedRegion& tile, Items items) 
   return {packed::pack(lo[0], lo[1], lo[2]), packed::pack(hi[0], hi[1], hi[2])};
 }
 
-/// True if a region can own a vertex: on each axis it owns an end of one of the boxes, or, where sums end
-/// with the tile, it ends there.
+/// True if a region can own a vertex: on each axis, it owns an end of a box or, if sums end with the tile, it
+/// ends with the tile.
 bool TileCutter::may_have_vertices(const PackedRegion& region, Items items) const {
   std::uint64_t axes = 0;  // guard bits
   if (sums_)
@@ -254,7 +254,7 @@ bool TileCutter::may_have_vertices(const PackedRegion& region, Items items) cons
   return axes == packed::kGuards;
 }
 
-/// Cuts a region, whatever its boxes are, into cells.
+/// Cuts a region with any boxes into cells.
 void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps, std::size_t depth) {
   Interruptible::check();
   if (!steps.empty()) {
@@ -277,10 +277,10 @@ void TileCutter::cut_region(const PackedRegion& region, Items items, Steps steps
   halve(region, 0, steps, 0);
 }
 
-/// Drops boxes that, within the region, lie inside another one: of boxes that are nested, concentric or alike
-/// few are left before any grid multiplies them. As long as the largest box of a sample hides a quarter of
-/// the sample it is tried on all, so a region without such boxes pays for the sample only, and others a
-/// linear number of tests. May return memory of `kept`.
+/// Drops boxes that lie inside another one, within the region, so that few of nested, concentric or equal
+/// boxes are left before a grid multiplies them. As long as the largest box of a sample hides a quarter of
+/// the sample, it is compared with all boxes. A region without such boxes therefore costs only the sample,
+/// and other regions a linear number of tests. May return memory of `kept`.
 TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items items,
                                           std::vector<std::uint32_t>& kept) const {
   constexpr std::size_t kSample = 32;
@@ -295,7 +295,7 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
                   double(std::max(field(boxes_[items[i]].lo, a), field(region.lo, a) - 1));
       if (volume > most) largest = items[i], most = volume;
     });
-    // what lies beyond the region does not count
+    // ignore everything outside the region
     PackedBox outer = boxes_[largest];
     for (int a = 0; a < 3; ++a) {
       if (field(outer.lo, a) < field(region.lo, a)) outer.lo = packed::with_field(outer.lo, a, 0);
@@ -307,7 +307,7 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
     std::size_t looked_at = 0, hidden_sample = 0;
     sample.each([&](std::size_t i) { ++looked_at, hidden_sample += hidden(items[i]); });
     if (4 * hidden_sample < looked_at) break;
-    kept.resize(std::max(kept.size(), items.size()));  // may be where the items are
+    kept.resize(std::max(kept.size(), items.size()));  // the items may be stored here
     std::size_t count = 0;
     for (std::size_t i = 0; i < items.size(); ++i)
       if (const std::uint32_t item = items[i]; !hidden(item)) kept[count++] = item;
@@ -316,7 +316,8 @@ TileCutter::Items TileCutter::drop_hidden(const PackedRegion& region, Items item
   return items;
 }
 
-/// A grid whose cells hold a handful of boxes, by estimate from a sample; or of cells of the size asked for.
+/// A grid whose cells hold a handful of boxes by the estimate from a sample, or whose cells have the
+/// requested size.
 TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items, bool fixed) const {
   Grid grid{region, {}, {}};
   std::array<std::uint32_t, 3> edge;
@@ -358,7 +359,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
          2 * grid.count() <= kMostCells) {
     const auto best = cheapest_halving(
         grid.log_edge, 0, [&](const std::array<int, 3>& halved, int) { return items_per_box(halved); });
-    // each copy of a box costs, but cells that stay crowded would be halved one by one
+    // each copy of a box costs time, but crowded cells would be halved one by one
     const bool crowded = double(items.size()) * per_box > 2 * kGoalBoxes * double(grid.count());
     if (!best || best->per_box > (crowded ? 1.7 : 1.5) * per_box || best->per_box > 24) break;
     grid.log_edge = best->log_edge;
@@ -369,7 +370,7 @@ TileCutter::Grid TileCutter::choose_grid(const PackedRegion& region, Items items
   return grid;
 }
 
-/// Cuts a region by a grid. False, with nothing done, if the boxes touch far more cells than was estimated.
+/// Cuts a region by a grid. Returns false and does nothing if the boxes touch far more cells than estimated.
 bool TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::size_t depth) {
   Level& level = levels_[depth];
   level.covered.assign(grid.count(), 0);
@@ -389,7 +390,7 @@ bool TileCutter::cut_by_grid(const Grid& grid, Items items, Steps steps, std::si
   return true;
 }
 
-/// Marks the cells that one box covers (UNION3, section 4, step 3a). False if the boxes touch too many cells.
+/// Marks the cells covered by one box (UNION3, section 4, step 3a). False if the boxes touch too many cells.
 bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const {
   std::size_t touched = 0;
   const std::uint64_t edge =
@@ -419,8 +420,8 @@ bool TileCutter::mark_covered(const Grid& grid, Items items, Level& level) const
   return true;
 }
 
-/// A counting sort of the boxes by cell; a box is in every cell that it touches and that is not covered.
-/// False if the boxes touch too many cells.
+/// Sorts the boxes by cell, by counting. A box is in every cell that it touches, except covered cells. False
+/// if the boxes touch too many cells.
 bool TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const {
   level.start.assign(grid.count() + 1, 0);
   std::size_t count = 0, touched = 0;
@@ -438,7 +439,7 @@ bool TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const
     if (level.pairs.size() < count + most) level.pairs.resize(2 * (count + most));
     for (std::uint32_t z = from[2]; z <= to[2]; ++z)
       for (std::uint32_t y = from[1]; y <= to[1]; ++y)
-        for (std::uint32_t x = from[0]; x <= to[0]; ++x) {  // no branch, which nobody could predict
+        for (std::uint32_t x = from[0]; x <= to[0]; ++x) {  // branch-free: it would be unpredictable
           const std::uint32_t c = (z * grid.cells[1] + y) * grid.cells[0] + x;
           const std::uint32_t open = 1u ^ level.covered[c];
           level.pairs[count] = {c, i};
@@ -453,15 +454,15 @@ bool TileCutter::sort_by_cell(const Grid& grid, Items items, Level& level) const
   return true;
 }
 
-/// Adds the cell whose boxes are stack_[begin ..], halved until it fits; removes them from the stack.
+/// Adds the cell whose boxes are stack_[begin ..], halved until it fits. Removes the boxes from the stack.
 void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps steps, std::size_t depth) {
   const std::size_t end = stack_.size();
   if (begin == end) return;
   if (!may_have_vertices(region, Items(stack_).subspan(begin))) return stack_.resize(begin);
-  int axis = -1;  // along which to halve
+  int axis = -1;  // axis of the cut
   if (end - begin > std::min(tuning_.cell_boxes, kRanks / 2)) {
     find_own_coordinates(region, Items(stack_).subspan(begin));
-    // a kernel holds so many coordinates; few of them are not worth a cut, however many boxes there are
+    // A kernel holds so many coordinates. Few coordinates are not worth a cut, however many boxes there are.
     std::size_t most = end - begin <= tuning_.cell_boxes ? kRanks : 4;
     if (std::ranges::any_of(own_, [&](const auto& own) { return own.size() > most; }))
       for (int a = 0; a < 3; ++a) make_distinct(own_[a], field(region.lo, a), field(region.hi, a));
@@ -498,7 +499,7 @@ void TileCutter::halve(const PackedRegion& region, std::size_t begin, Steps step
   stack_.resize(begin);
 }
 
-/// Those of the boxes' coordinates that the region owns, however often.
+/// The coordinates of the boxes that the region owns, with repetitions.
 void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
   for (int a = 0; a < 3; ++a) {
     const std::uint32_t lo = field(region.lo, a), size = field(region.hi, a) - lo;
@@ -513,8 +514,8 @@ void TileCutter::find_own_coordinates(const PackedRegion& region, Items items) {
   }
 }
 
-/// Within the region a box is its clip to [lo - 1, hi]: of boxes with equal clips one is enough. Moves those
-/// to the front and returns how many they are.
+/// Moves boxes with different clips to the front and returns their number. Within the region, a box is its
+/// clip to [lo - 1, hi], so one of several boxes with equal clips is enough.
 std::size_t TileCutter::merge_equal_clips(const PackedRegion& region, std::span<std::uint32_t> items) const {
   std::vector<std::pair<PackedBox, std::uint32_t>> clips;
   for (const std::uint32_t item : items) {
@@ -546,8 +547,8 @@ void TileCutter::add_cell(const PackedRegion& region, Items items, Steps steps) 
   if (has_operands()) add_program(region, items, steps);
 }
 
-/// Of the points that a covered region adds to the sums over vertices (kernels/cell_occupancy.k) all have a
-/// coordinate 0 but the tile's upper corner, and that one adds what the whole tile would.
+/// Adds a covered region to the sums. All of its points in the sums over vertices (kernels/cell_occupancy.k)
+/// have a coordinate 0, except the upper corner of the tile, which adds what the whole tile would.
 void TileCutter::add_covered(const PackedRegion& region) {
   reach_.extend({region.lo, region.hi}, region);
   ++statistics_.covered_cells;

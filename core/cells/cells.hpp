@@ -15,26 +15,26 @@
 
 namespace boxunion {
 
-/// A cell as the kernels read it: its region and its boxes.
+/// A cell in the form that kernels read: its region and its boxes.
 struct Cell {
   std::uint64_t origin = 0;  ///< region.lo - 1, packed
-  std::uint64_t last = 0;    ///< region.hi - region.lo + 1, packed; for sums, with the guard bits of
-                             ///< the axes on which the region ends where its tile does
+  std::uint64_t last = 0;    ///< region.hi - region.lo + 1, packed; for sums, with the guard bits of axes on
+                             ///< which the region ends with its tile
   std::uint32_t first = 0, count = 0;  ///< in CellBatch::items
 };
 
-/// Neighboring cells of one tile, the work unit of a kernel. The ordinal of packed coordinate c is origin +
+/// Neighboring cells of one tile: the work unit of a kernel. The ordinal of packed coordinate c is origin +
 /// c.
 struct CellRun {
   std::uint32_t first = 0, count = 0;
   std::array<std::uint32_t, 3> origin{};
 };
 
-/// The runs of one tile, those up to `end_run`. Where sums are wanted, theirs and those of what has a closed
-/// form are the sums of a region, but only together.
+/// The runs of one tile: those up to `end_run`. The tile's sums are its runs' plus the closed-form part; only
+/// together are they the sums of a region.
 struct TileRuns {
   std::size_t end_run = 0;
-  std::array<std::uint32_t, 3> corner{};  ///< the ordinals from which sums count
+  std::array<std::uint32_t, 3> corner{};  ///< the origin of the sums, in ordinals
   LatticeSums closed;
 };
 
@@ -49,11 +49,11 @@ struct CellBatch {
   std::vector<CellStep> steps;
 
   void clear();
-  /// Adds another batch's cells behind this one's.
+  /// Appends the cells of another batch.
   void append(const CellBatch& other);
 };
 
-/// Where in a tile the result of an expression has anything, in packed coordinates; lo > hi if nowhere.
+/// The bounds of the result of an expression in a tile, in packed coordinates; lo > hi if it is empty.
 struct Reach {
   std::array<std::uint32_t, 3> lo{packed::kMax, packed::kMax, packed::kMax}, hi{};
 
@@ -62,7 +62,8 @@ struct Reach {
   void extend(const PackedBox& box, const PackedRegion& region);
 };
 
-/// The boxes of a tile; in a tile of several operands, by operand, and which one each belongs to.
+/// The boxes of a tile. If there are several operands, the boxes are sorted by operand, and `operands` has
+/// that of each box.
 struct TileBoxes {
   std::span<const PackedBox> boxes;
   std::span<const std::uint32_t> operands;
@@ -70,65 +71,65 @@ struct TileBoxes {
 
 /// Cuts tiles into cells that a kernel can hold: at most 30 distinct coordinates of its own on every axis.
 ///
-/// Small clusters of boxes that touch no others get a cell each; what is left, or where nearly all boxes
-/// touch others, all of them, is cut by a grid. A uniform grid (UNION3, section 4) whose cell size fits the
-/// boxes does most of the work while they are in cache; cells that one box covers are marked before anything
-/// is stored in them; a cell that is still crowded gets a grid of its own or, with few boxes, is halved at
-/// the median of its coordinates until it fits. Equal clips are merged on the way.
+/// Small clusters of boxes that touch no others get a cell each. A grid cuts the rest, or all boxes if nearly
+/// all touch others. A uniform grid (UNION3, section 4), whose cell size fits the boxes, does most of the
+/// work while they are in cache. Cells covered by one box are marked before anything is stored in them. A
+/// cell that is still crowded gets a grid of its own. With few boxes, it is halved at the median of its
+/// coordinates until it fits. Equal clips are merged on the way.
 ///
-/// A tile may hold an expression over several operands. In each region on the way down it is simplified: an
-/// operand without boxes there is false, one of whose boxes covers the region is true, and the boxes of
-/// operands that no longer matter are dropped. Where the union of some operands is left, the region goes on
-/// like any other union.
+/// A tile may hold an expression over several operands. The expression is simplified in each region on the
+/// way down. An operand without boxes there is false, an operand with a box that covers the region is true,
+/// and the boxes of operands that no longer matter are dropped. If the union of some operands is left, the
+/// region goes on like any other union.
 class TileCutter {
  public:
   struct Tuning {
     std::uint32_t cell = 0;  ///< edge of a cell in ordinals, rounded up to a power of two; 0: by estimate
-    std::uint32_t cell_boxes = 0;  ///< boxes of a cell above which it is cut again; 0: what proved fastest
+    std::uint32_t cell_boxes = 0;  ///< a cell with more boxes is cut again; 0: the fastest value
   };
-  /// `operands` of the expressions to come; 0 if all tiles are unions.
+  /// `operands` is the number of operands of the expressions, or 0 if all tiles are unions.
   explicit TileCutter(Tuning tuning, std::size_t operands = 0);
 
-  /// Appends the cells of a tile to `batch` as runs whose boxes, squared by cell, add up to about `run_cost`.
-  /// `edge` is the tile's by axis, at most 2^19; `origin` the ordinal of packed coordinate 0. If `sums` are
-  /// given, what has a closed form is added to them and not to the batch: covered regions, lone boxes and
-  /// pairs, in coordinates that count from 0 at the low corner. `steps` is what the tile holds; none, the
-  /// union of the boxes.
+  /// Appends the cells of a tile to `batch`, in runs. The squares of the numbers of boxes of a run's cells
+  /// add up to about `run_cost`. `edge` is the edge of the tile on each axis, at most 2^19. `origin` has the
+  /// ordinals of packed coordinate 0. If `sums` are given, parts with a closed form are added to them instead
+  /// of the batch: covered regions, lone boxes and pairs, in coordinates that count from 0 at the low corner.
+  /// `steps` is the expression of the tile; without steps, it is the union of the boxes.
   void cut(const TileBoxes& boxes, std::span<const Step> steps, const std::array<std::uint32_t, 3>& edge,
            const std::array<std::uint32_t, 3>& origin, std::uint64_t run_cost, CellBatch& batch,
            LatticeSums* sums);
 
-  /// Notes a tile that one box covers, as cut() does with covered cells.
+  /// Counts a tile covered by one box, as cut() does with covered cells.
   void add_covered_tile(const std::array<std::uint32_t, 3>& edge, LatticeSums* sums);
 
   const CellStatistics& statistics() const { return statistics_; }
 
-  /// If there are operands: the reach of what the last tile added to the sums, and of all its cells without a
+  /// With operands: the reach of what the last tile added to the sums, and of all its cells without a
   /// program.
   const Reach& reach() const { return reach_; }
 
  private:
-  using Items = std::span<const std::uint32_t>;  // boxes of the tile, by index; those of an operand together
-  using Steps = std::span<const Step>;           // none: the union of the boxes
+  using Items = std::span<const std::uint32_t>;  // boxes of the tile, by index, sorted by operand
+  using Steps = std::span<const Step>;           // empty: the union of the boxes
   /// A grid over a region.
   struct Grid {
     PackedRegion region;
     std::array<int, 3> log_edge{};  // log2 of the cell's edge
     std::array<std::uint32_t, 3> cells{};
-    std::size_t most_items = 0;  // cells that the boxes may touch, each counted by itself
+    std::size_t most_items = 0;  // maximum sum, over all boxes, of the cells touched
     std::size_t count() const { return std::size_t{cells[0]} * cells[1] * cells[2]; }
     PackedRegion cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const;
   };
-  /// Memory of one level of grids.
+  /// Memory for one level of grids.
   struct Level {
-    std::vector<std::uint32_t> start;                 // of each cell's boxes
+    std::vector<std::uint32_t> start;                 // first box of each cell
     std::vector<std::uint8_t> covered;                // by cell
     std::vector<std::array<std::uint32_t, 2>> pairs;  // cell, box
     std::vector<std::uint32_t> sorted;                // boxes by cell
     std::vector<std::uint32_t> kept;                  // boxes that are not hidden
     std::vector<std::uint32_t> relevant;              // boxes of operands that matter
-    std::vector<std::uint32_t> visible;               // those of each operand that are not hidden
-    std::vector<Step> steps;                          // what is left of the expression
+    std::vector<std::uint32_t> visible;               // boxes of each operand that are not hidden
+    std::vector<Step> steps;                          // the remaining expression
   };
 
   Items first_indices(std::size_t count);
@@ -162,7 +163,7 @@ class TileCutter {
   Tuning tuning_;
   CellStatistics statistics_;
 
-  // the tile at work
+  // the current tile
   std::span<const PackedBox> boxes_;
   std::span<const std::uint32_t> operands_;  // of the boxes
   std::uint64_t tile_end_ = 0;               // upper corner of the tile

@@ -199,7 +199,7 @@ Evm make_evm_of_fewest_boxes(const Solid& solid, BoxModel model) {
       best = std::move(evm);
     }
     if (fewest <= limit) return best;
-    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() says that it is too much
+    if (limit >> 32 != 0) return make_evm(solid, kAxisOrders[0]);  // decompose() throws the error
   }
 }
 

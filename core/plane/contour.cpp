@@ -19,7 +19,7 @@
 namespace boxunion {
 namespace {
 
-/// EqualParts the ordinals of an axis into parts of equal lengths, as far as possible.
+/// Cuts the ordinals of an axis into parts of equal lengths, as far as possible.
 class EqualParts {
  public:
   static constexpr double kMostParts = 1 << 15;

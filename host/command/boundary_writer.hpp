@@ -20,12 +20,12 @@ class BoundaryWriter {
   BoundaryWriter(const std::string& output, const BoundaryOptions& options, const Common& common,
                  OutputGroup& outputs);
 
-  /// Writes the file, and adds to the report what that takes.
+  /// Writes the file, and adds the time to the report.
   void write(const Solid& solid, const Options& options, Report& report);
   /// The same for a union that does not fit memory.
   void write(ExternalUnion& solid, Report& report);
-  /// What was written: counts, as far as they are known or asked for, and the file. Warns of rounded
-  /// coordinates and of shells that were not counted.
+  /// The results: counts, as far as they are known or asked for, and the file. Warns of rounded coordinates
+  /// and of shells that were not counted.
   std::vector<Result> results() const;
 
  private:

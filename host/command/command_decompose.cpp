@@ -30,8 +30,8 @@ std::optional<BoxModel> box_model(Model model) {
   return model == Model::oudb ? BoxModel::oudb : BoxModel::cudb;
 }
 
-/// Order, number of elements and their bytes in memory; where boxes have neighbours, these pairs and the
-/// bytes of their lists too.
+/// Adds the order, the number of elements and their bytes in memory. If boxes have neighbors, adds their
+/// pairs, and the bytes include the neighbor lists.
 void add_model(std::vector<Result>& results, std::optional<BoxModel> boxes, const AxisOrder& order,
                std::uint64_t elements, std::optional<Connectivity> connectivity, std::uint64_t pairs) {
   std::uint64_t bytes = elements * (boxes ? sizeof(OrdinalBox) : sizeof(OrderedPoint<3>));

@@ -51,7 +51,7 @@ class CommandLine : CommonOptions {
   /// The budget of --memory, in bytes; 0 if there is none.
   std::uint64_t memory() const { return memory_; }
 
-  /// Does what the arguments ask for.
+  /// Runs the subcommand in the arguments.
   void run(int argc, const char* const* argv) {
     try {
       app_.parse(argc, argv);

@@ -15,7 +15,7 @@
 namespace boxunion::command {
 namespace {
 
-/// The findings of a run, however much memory it had.
+/// The findings of a run, in memory or not.
 struct Measured {
   MassProperties mass;
   std::uint64_t boxes = 0, degenerate = 0;

@@ -26,7 +26,7 @@ static_assert(sizeof(PackedBox) == 2 * sizeof(std::uint64_t) &&
               sizeof(CellProgram) == PROGRAM_WORDS * sizeof(u32) &&
               sizeof(CellStep) == STEP_WORDS * sizeof(u32));
 
-/// The weights of every octant mask as the kernels of sums read them.
+/// The weights of every octant mask, in the form that the kernels of sums read.
 constexpr std::array<u32, 256> kPackedWeights = [] {
   std::array<u32, 256> packed{};
   for (unsigned mask = 0; mask < 256; ++mask) {
@@ -62,7 +62,7 @@ LatticeSums lattice_sums(std::span<const std::uint64_t> sums) {
   return s;
 }
 
-/// Adds the sums of the tiles first .. last - 1 of a batch to the sink, given those of its runs.
+/// Adds the sums of the tiles first .. last - 1 of a batch to the sink. `sums` has those of the runs.
 void add_sums(std::span<const std::uint64_t> sums, const CellBatch& batch, std::size_t first,
               std::size_t last, MassSink& sink) {
   const std::size_t each = sums.size() / batch.runs.size();
@@ -215,8 +215,8 @@ void CellStage::finish(const CellBatch& batch) {
   native_.run(batch);
 }
 
-/// Appends the vertices of a dispatch that has ended, again with a larger buffer or in halves where they did
-/// not fit. False if the device cut loops short.
+/// Appends the vertices of a finished dispatch. If they did not fit, runs it again with a larger buffer or in
+/// halves. False if the device cut loops short.
 bool CellStage::take_vertices(u32 first_run, u32 end_run, std::vector<Vertex>& vertices) {
   const std::size_t most = device_.info().max_buffer_bytes / sizeof(Vertex);
   const auto again = [&](u32 first, u32 end) {

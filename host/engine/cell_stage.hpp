@@ -13,20 +13,21 @@
 
 namespace boxunion {
 
-/// Where the cells of a run end: as vertices, or on a lattice as sums of them.
+/// Receives the results of cells: vertices or, on a lattice, sums over vertices.
 struct CellSink {
   VertexSink* vertices = nullptr;
   MassSink* sums = nullptr;  ///< if set, nothing goes to `vertices`; not with CellKernel::faces
   bool programs = false;     ///< cells may have programs; not with CellKernel::faces
 };
 
-/// Numbers that the kernels of sums give for a run of cells, in the order of kernels/contract.h.
+/// The number of sums that the kernels give for a run of cells, in the order of kernels/contract.h.
 std::size_t sums_a_run(const CellSink& sink);
 
-/// Tells the sink how far a result reaches whose packed coordinates count from the ordinals `origin`.
+/// Extends the bounds of the sink by the reach of a result. Its packed coordinates count from the ordinals
+/// `origin`.
 void extend_bounds(MassSink& sink, const Reach& reach, const std::array<std::uint32_t, 3>& origin);
 
-/// Cells computed by the calling thread: the native device for one batch, on the batch's own memory.
+/// Computes cells on the calling thread: the native device for one batch, in the memory of the batch.
 class NativeCells {
  public:
   NativeCells(CellKernel kernel, const CellSink& sink);
@@ -41,17 +42,17 @@ class NativeCells {
   std::vector<Vertex> vertices_;
 };
 
-/// Cells computed on a device. begin() hands over a batch and returns; finish() waits and fills the sink.
+/// Computes cells on a device. begin() hands over a batch and returns; finish() waits and fills the sink.
 class CellStage {
  public:
   CellStage(Device& device, const Options& options, const CellSink& sink);
 
-  /// Most boxes, items and cells of a batch that the device's buffers hold, if programs have no more than
-  /// `steps`.
+  /// Maximum batch size that fits the device's buffers, in boxes, items and cells, if programs have at most
+  /// `steps` steps.
   std::size_t capacity(std::size_t steps) const;
   void begin(const CellBatch& batch);
   void finish(const CellBatch& batch);
-  /// Batches so far whose loops were too long for the device, and which therefore ran natively.
+  /// The number of batches so far whose loops were too long for the device, and which ran natively.
   std::size_t native_batches() const { return native_batches_; }
 
  private:

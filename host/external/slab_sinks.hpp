@@ -13,7 +13,7 @@
 #include "core/solid/solid_sink.hpp"
 #include "host/external/external_union.hpp"
 
-// Where the engine puts what it finds in a slab.
+// Sinks for the results of the engine in a slab.
 
 namespace boxunion {
 

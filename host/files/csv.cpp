@@ -29,7 +29,7 @@ constexpr std::size_t kChunkBytes = 1 << 17;  ///< parsed by one thread at a tim
 constexpr std::size_t kPiecesAtOnce = 32;     ///< maximum number of chunks whose boxes are in memory at once
 constexpr std::string_view kHeader = "xmin,ymin,zmin,xmax,ymax,zmax";
 
-/// Takes boxes in the order of the file.
+/// Receives boxes in the order of the file.
 using BoxSink = std::function<void(std::span<const Box>)>;
 
 bool is_space(char c) {
@@ -195,8 +195,8 @@ class Reader {
   bool started_ = false;
 };
 
-/// Gives all boxes to `sink`, block by block. Calls expect(t) now and then: the file is about t times what
-/// has been read.
+/// Passes all boxes to `sink`, block by block. Calls expect(t) now and then: the file is about t times as
+/// long as the part read so far.
 void stream_boxes(InputFile& file, const BoxSink& sink, const std::function<void(double)>& expect = {}) {
   Reader reader(file.name(), sink);
   std::string block;

@@ -148,7 +148,7 @@ bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool trian
 
 namespace {
 
-/// The direction of the face that a triangle lies in: 0 .. 5 for +x, -x, +y, -y, +z, -z.
+/// The direction of the face of a triangle: 0 .. 5 for +x, -x, +y, -y, +z, -z.
 std::uint8_t direction_of(const Triangle& triangle, std::span<const Point> points) {
   const Point &p = points[triangle[0]], &q = points[triangle[1]], &r = points[triangle[2]];
   const std::size_t axis = p[0] == q[0] && p[0] == r[0] ? 0 : p[1] == q[1] && p[1] == r[1] ? 1 : 2;

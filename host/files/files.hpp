@@ -18,11 +18,11 @@
 
 namespace boxunion {
 
-// The writers of boxunion/files.hpp, with outputs that are opened before the work that fills them.
+// The writers of boxunion/files.hpp, for outputs that are opened before the work that fills them.
 
 class RowFormat;
 
-/// What a file is for.
+/// The use of a file.
 enum class FileUse {
   input,     ///< boxes or voxels to read
   volume,    ///< voxels to read
@@ -37,15 +37,15 @@ enum class FileUse {
 /// The extensions of the formats for a use: ".csv or .npy".
 std::string extensions(FileUse use, std::string_view last = " or ");
 
-/// Does a file, by its extension, hold a mesh and not boxes or vertices? Throws Error(input) for a file that
-/// has neither.
+/// True if a file, by its extension, holds a mesh instead of boxes or vertices. Throws Error(input) for a
+/// file that holds neither.
 bool is_mesh(const std::string& path);
 
-/// What is done about contacts unless the user says: split for formats whose readers expect manifolds.
+/// The default for contacts: split for formats whose readers expect manifolds.
 NonManifold default_contacts(const std::string& path);
 
 /// Opens an output file (see OutputFile), before the work that fills it. Throws Error(input) unless its
-/// extension is one for this use.
+/// extension is valid for this use.
 OutputFile open_output(const std::string& path, FileUse use = FileUse::boxes, OutputGroup* group = nullptr);
 
 /// Writes the boxes of one type, block by block, to a .csv or .npy file. CSV has the header and the shortest
@@ -62,7 +62,7 @@ class BoxWriter {
   const RowFormat& format_;
 };
 
-/// Writes and commits boxes in the type they have.
+/// Writes and commits boxes in their type.
 void write_boxes(const BoxSet& boxes, OutputFile file);
 
 /// Writes and commits a volume as NPY, of shape (z, y, x), type uint8 or uint32, little-endian.
@@ -105,41 +105,42 @@ void write_labelled_boxes(const BoxSet& boxes, std::span<const std::uint32_t> la
 /// Writes and commits a table of components.
 void write_components(std::span<const Component> components, OutputFile file);
 
-/// How large a mesh will be, and what its faces are.
+/// The size of a mesh, and the kind of its faces.
 struct MeshSize {
   std::uint64_t points = 0, triangles = 0;
-  bool triangles_only = false;  ///< no other polygons, even where the format has them
+  bool triangles_only = false;  ///< triangles even if the format has other polygons
 };
 
 /// Writes a boundary as a mesh, part by part: all points, then all faces.
 ///
-/// OBJ has the faces as polygons, of which those with holes are cut into triangles, or triangles alone if
-/// `triangles_only`; the other formats have triangles. OBJ, OFF and 3MF (deflated, in millimetres) are text
-/// in shortest decimals that read back to the same doubles; PLY is binary, little-endian, with doubles; STL
-/// is binary, with floats.
+/// OBJ has polygons, or triangles alone if `triangles_only`. Polygons with holes are cut into triangles. The
+/// other formats have triangles. OBJ, OFF and 3MF (deflated, in millimetres) are text with the shortest
+/// decimals that read back to the same doubles. PLY is binary, little-endian, with doubles. STL is binary,
+/// with floats.
 class MeshWriter {
  public:
   virtual ~MeshWriter() = default;
-  /// Do faces refer to points by their number in the file, or else (STL) to those given with them?
+  /// True if faces refer to points by their number in the file. False if the points are given with the faces
+  /// (STL).
   virtual bool is_indexed() const { return true; }
   virtual void write_points(std::span<const Point> points) = 0;
-  /// Throws Error(input) if a coordinate is beyond the floats that the format has.
+  /// Throws Error(input) if a coordinate exceeds the floats of the format.
   virtual void write_faces(std::span<const Point> points, const Faces& faces,
                            const Triangulation& triangulation) = 0;
   /// Completes the mesh, after all faces.
   virtual void finish() {}
-  /// No coordinate was rounded.
+  /// True if no coordinate was rounded.
   virtual bool exact() const { return true; }
 };
 
-/// Begins a mesh of exactly so many points and triangles. Throws Error(input) if the file is none of a mesh,
-/// and Error(resources) where the format has not so many.
+/// Begins a mesh of exactly so many points and triangles. Throws Error(input) if the extension is not that of
+/// a mesh, and Error(resources) if the format has a lower limit.
 std::unique_ptr<MeshWriter> begin_mesh(OutputFile& file, const MeshSize& size);
 
 /// Writes and commits a boundary as a mesh, as MeshWriter does, in the same order whatever the number of
 /// threads. Returns false if a coordinate was rounded.
 bool write_mesh(const Brep& brep, const Triangulation& triangulation, bool triangles_only, OutputFile file);
-/// The same of triangles without a boundary representation.
+/// The same for triangles without a boundary representation.
 bool write_mesh(const Mesh& mesh, OutputFile file);
 
 }  // namespace boxunion

@@ -10,7 +10,7 @@
 
 namespace boxunion {
 
-// What the table names, each in the file of its format.
+// The readers and writers in the table. Each is in the source of its format.
 
 namespace csv {
 std::unique_ptr<InputBoxes> read(std::shared_ptr<InputFile>, const VolumeOptions&);
@@ -51,7 +51,7 @@ std::unique_ptr<MeshWriter> begin(OutputFile&, const MeshSize&);
 
 namespace {
 
-// tests/fuzz/CMakeLists.txt fuzzes every entry that has a reader; it takes the extension from the line.
+// tests/fuzz/CMakeLists.txt fuzzes every entry with a reader. It takes the extension from the line.
 constexpr Format kFormats[] = {
     {{".csv"}, boxes_in, csv::read, {.rows = &csv::rows}},
     {{".npy"}, boxes_in | voxels_in, npy::read, {.rows = &npy::rows, .voxels = &npy::voxels}},

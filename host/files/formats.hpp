@@ -20,7 +20,7 @@
 #include "host/files/input.hpp"
 #include "host/files/output.hpp"
 
-// The formats behind files.hpp: what each entry of the table in formats.cpp holds.
+// The formats behind files.hpp: the types of the entries of the table in formats.cpp.
 
 namespace boxunion {
 
@@ -29,7 +29,7 @@ class InputBoxes {
  public:
   virtual ~InputBoxes() = default;
   virtual bool is_volume() const = 0;
-  /// All boxes, valid.
+  /// All boxes. They are valid.
   virtual BoxSet read() = 0;
   /// The boxes, valid or not, for reading in pieces.
   virtual std::unique_ptr<BoxFile> open(const Budget& budget) = 0;
@@ -37,19 +37,19 @@ class InputBoxes {
   virtual Volume read_volume() = 0;
 };
 
-/// Begins to read a file. Throws Error(input) if its first bytes are not of the format.
+/// Begins to read a file. Throws Error(input) if its first bytes are not those of the format.
 using Reader = std::unique_ptr<InputBoxes> (*)(std::shared_ptr<InputFile> file, const VolumeOptions& options);
 
-/// A file of voxels, from their stream.
+/// A file of voxels, made from their stream.
 std::unique_ptr<InputBoxes> volume_input(std::shared_ptr<const InputFile> file, VoxelStream voxels);
 
-/// The Reader of a format that only has volumes, made of a function that gives their stream.
+/// The Reader of a format that has only volumes, made from a function that returns their stream.
 template <VoxelStream (*open_volume)(std::shared_ptr<const InputFile>, const VolumeOptions&)>
 std::unique_ptr<InputBoxes> read_volumes(std::shared_ptr<InputFile> file, const VolumeOptions& options) {
   return volume_input(file, open_volume(file, options));
 }
 
-/// Writes rows of numbers: first what begins a file of `count` rows, then the rows, some at a time.
+/// Writes rows of numbers: first the beginning of a file of `count` rows, then the rows, some at a time.
 struct RowFormat {
   void (*begin_boxes)(OutputFile& file, std::uint64_t count);
   void (*begin_integer_boxes)(OutputFile& file, std::uint64_t count);
@@ -59,7 +59,7 @@ struct RowFormat {
   void (*vertices)(OutputFile& file, std::span<const PlacedVertex> vertices);
   void (*begin_points)(OutputFile& file, std::uint64_t count);
   void (*points)(OutputFile& file, std::span<const Point> points);
-  // These write all of a file.
+  // These write a whole file.
   void (*labelled_boxes)(OutputFile& file, const BoxSet& boxes, std::span<const std::uint32_t> labels);
   void (*components)(OutputFile& file, std::span<const Component> components);
 };
@@ -73,14 +73,14 @@ struct VoxelFormat {
 /// See begin_mesh.
 using MeshFormat = std::unique_ptr<MeshWriter> (*)(OutputFile& file, const MeshSize& size);
 
-/// How a format writes what it can hold; null for the rest.
+/// The writers of a format; null for data that it cannot hold.
 struct Writer {
   const RowFormat* rows = nullptr;
   const VoxelFormat* voxels = nullptr;
   MeshFormat mesh = nullptr;
 };
 
-/// What a format is used for, apart from what its writer says.
+/// The uses of a format, apart from those of its writer.
 enum Role : unsigned {
   boxes_in = 1,   ///< boxes are read
   voxels_in = 2,  ///< voxels are read
@@ -88,13 +88,13 @@ enum Role : unsigned {
   manifold = 8    ///< programs that read it expect manifolds
 };
 
-/// An entry of the table: a kind of file, told by its extensions.
+/// An entry of the table: a format with its extensions.
 struct Format {
-  std::array<std::string_view, 2> extensions;  ///< the second one may be empty
+  std::array<std::string_view, 2> extensions;  ///< the second may be empty
   unsigned roles = 0;                          ///< of Role
   Reader reader = nullptr;
   Writer writer = {};
-  std::string_view missing = {};  ///< the library that it needs, where boxunion was built without that
+  std::string_view missing = {};  ///< the library that it needs, if boxunion was built without it
 
   bool serves(FileUse use) const;
 };
@@ -102,8 +102,8 @@ struct Format {
 /// The table.
 std::span<const Format> formats();
 
-/// The format of a file, by its extension. Throws Error(input) that names the extensions of this use if it is
-/// none of them, and Error(usage) for a format that boxunion was built without.
+/// The format of a file, by its extension. Throws Error(input) with the extensions for this use if it has
+/// none of them, and Error(usage) for a format that was left out of this build.
 const Format& format_of(const std::string& path, FileUse use);
 
 /// Opens a file; "-" is CSV on standard input. Throws Error(input) where that fails and Error(usage) for

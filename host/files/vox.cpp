@@ -381,8 +381,8 @@ std::uint64_t bytes_of(const Scene& scene) {
 
 using BoxSink = std::function<void(std::span<const IntegerBox>)>;
 
-/// Gives the boxes of a scene to `take`, some at a time: those of each model where the scene graph has it.
-/// First calls expect(bytes), if there is one: about how much memory it will take at most.
+/// Passes the boxes of a scene to `take`, some at a time: those of each model, as the scene graph places it.
+/// First calls expect(bytes), if given, with about the maximum memory that it will take.
 void stream_boxes(const InputFile& file, const VolumeOptions& options, const BoxSink& take,
                   const std::function<void(std::uint64_t)>& expect = {}) {
   Blocks blocks(file);
