@@ -285,7 +285,8 @@ std::string run_in_slabs(const Job& job, const MassProperties& mass, const Solid
     ++done["beyond the floats of .stl"];
     return {};
   }
-  const bool too_deep = std::string_view(error.what()).find("no cut separates them") != std::string_view::npos;
+  const bool too_deep =
+      std::string_view(error.what()).find("no cut separates them") != std::string_view::npos;
   if (error.kind() != ErrorKind::resources || !(too_deep || job.slabs->bytes < kAmple)) return error.what();
   ++done["did not fit in slabs"];
   return {};

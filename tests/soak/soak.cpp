@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <map>
@@ -64,16 +65,17 @@ void work(std::uint64_t first, std::uint64_t end, bool native, std::FILE* out) {
   for (std::uint64_t seed = first; seed < end; ++seed) {
     fmt::print(out, "begin {}\n", seed);
     std::fflush(out);
-    std::string what, job_name;
+    std::string what;
     try {
       const Job job = make_job(seed, devices);
-      job_name = name(job);
+      fmt::print(out, "job {}\n", name(job));
+      std::fflush(out);
       what = run(job, done);
     } catch (const std::exception& error) {
       what = error.what();
     }
     std::ranges::replace(what, '\n', ' ');
-    if (!what.empty()) fmt::print(out, "wrong {}\n{}\n", what, job_name);
+    if (!what.empty()) fmt::print(out, "wrong {}\n", what);
   }
   for (const auto& [what, times] : done) fmt::print(out, "done {} {}\n", times, what);
   std::fflush(out);
@@ -102,9 +104,12 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
   ~Worker() { ::close(in_); }
 
-  std::uint64_t finish(Totals& totals) {
+  /// `late` is a shell command for a worker that hangs; its process id is appended.
+  std::uint64_t finish(const std::string& late, Totals& totals) {
     bool hangs = false;
     for (std::string line; read_line(line, hangs);) hear(line, totals);
+    if (hangs && !late.empty() && std::system(fmt::format("{} {}", late, child_).c_str()) != 0)
+      fmt::print("{}: failed\n", late);
     if (hangs) ::kill(child_, SIGKILL);
     int status = 0;
     ::waitpid(child_, &status, 0);
@@ -112,7 +117,7 @@ class Worker {
       if (folder_.file_count() != 0) totals.report(next_, "files are left over", "of the jobs before");
       return end_;
     }
-    totals.report(next_ - 1, hangs ? "takes too long" : fmt::format("crashes with status {}", status), "");
+    totals.report(next_ - 1, hangs ? "takes too long" : fmt::format("crashes with status {}", status), job_);
     return next_;
   }
 
@@ -121,11 +126,11 @@ class Worker {
     const std::string rest = line.substr(line.find(' ') + 1);
     if (line.starts_with("begin ")) {
       next_ = std::stoull(rest) + 1;
+      job_.clear();
+    } else if (line.starts_with("job ")) {
+      job_ = rest;
     } else if (line.starts_with("wrong ")) {
-      std::string job;
-      bool hangs = false;
-      read_line(job, hangs);
-      totals.report(next_ - 1, rest, job);
+      totals.report(next_ - 1, rest, job_);
     } else if (line.starts_with("done ")) {
       totals.done[rest.substr(rest.find(' ') + 1)] += std::stoi(rest);
     }
@@ -154,12 +159,14 @@ class Worker {
   pid_t child_ = -1;
   int in_ = -1;
   std::string heard_;
+  std::string job_;  // that has begun
 };
 
-void run_jobs(std::uint64_t first, std::uint64_t count, bool native, Totals& totals) {
+void run_jobs(std::uint64_t first, std::uint64_t count, bool native, const std::string& late,
+              Totals& totals) {
   constexpr std::uint64_t kOfWorker = 500;
   for (std::uint64_t seed = first; seed < first + count;)
-    seed = Worker(seed, std::min(seed + kOfWorker, first + count), native).finish(totals);
+    seed = Worker(seed, std::min(seed + kOfWorker, first + count), native).finish(late, totals);
 }
 
 void run_commands(std::uint64_t first, std::uint64_t count, const CommandOptions& options, Totals& totals) {
@@ -190,16 +197,16 @@ int main(int argc, char** argv) try {
       ->capture_default_str();
   app.add_option("--latency", options.latency, "Seconds from a signal to the end of a run")
       ->capture_default_str();
-  app.add_option(
-      "--late", options.late,
-      "Shell command for a run that is later, with its process id behind, for example \"gdb -batch -ex "
-      "'thread apply all backtrace' -p\"");
+  app.add_option("--late", options.late,
+                 "Shell command for a run that is later, or a job that hangs, with its process id behind, "
+                 "for example \"gdb -batch -ex "
+                 "'thread apply all backtrace' -p\"");
   CLI11_PARSE(app, argc, argv);
   options.program = std::filesystem::absolute(options.program);
 
   const auto begin = std::chrono::steady_clock::now();
   Totals totals;
-  run_jobs(first, jobs, native, totals);
+  run_jobs(first, jobs, native, options.late, totals);
   run_commands(first, commands, options, totals);
   for (const auto& [what, times] : totals.done) fmt::print("{:8} {}\n", times, what);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
