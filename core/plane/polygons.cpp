@@ -68,9 +68,9 @@ void cut_where_touching(const ContourLinks& links, std::size_t begin, BandLoops&
       const auto first = std::ranges::lower_bound(stack, next->second - begin);
       CutOff hole{static_cast<std::uint32_t>(loops.ends.size()), {}};
       for (auto place = first; place != stack.end(); ++place) hole.corners.push_back(all[*place]);
-      std::ranges::rotate(hole.corners, std::ranges::min_element(hole.corners, {}, [&](std::uint32_t corner) {
-                            return links.vertex(corner);
-                          }));
+      const auto lowest = std::ranges::min_element(
+          hole.corners, {}, [&](std::uint32_t corner) { return links.vertex(corner); });
+      std::rotate(hole.corners.begin(), lowest, hole.corners.end());
       loops.cut_off.push_back(std::move(hole));
       stack.erase(first, stack.end());
       ++next;

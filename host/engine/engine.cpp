@@ -104,7 +104,7 @@ MassProperties measure(const Expression& expression, std::span<const BoxSet> set
                        Report* report) {
   const Job job{expression, sets, options};
   MassProperties result;
-  Run(job, report, [&](Run& run, Report& r) {
+  const Run done(job, report, [&](Run& run, Report& r) {
     if (const std::optional<MassTotals> totals = run.sum_anchored()) {
       result = totals->result();
       return;
@@ -129,7 +129,7 @@ Solid combine(const Expression& expression, std::span<const BoxSet> sets, const 
               Report* report) {
   const Job job{expression, sets, options};
   Solid solid;
-  Run(job, report, [&](Run& run, Report& r) {
+  const Run done(job, report, [&](Run& run, Report& r) {
     Ordinals ordinals = run.find_ordinals();
     SolidSink sink(ordinals.axes);
     run.combine(std::move(ordinals), &sink, nullptr);

@@ -46,7 +46,8 @@ std::unique_ptr<InputBoxes> volume_input(std::shared_ptr<const InputFile> file, 
 /// The Reader of a format that has only volumes, made from a function that returns their stream.
 template <VoxelStream (*open_volume)(std::shared_ptr<const InputFile>, const VolumeOptions&)>
 std::unique_ptr<InputBoxes> read_volumes(std::shared_ptr<InputFile> file, const VolumeOptions& options) {
-  return volume_input(file, open_volume(file, options));
+  VoxelStream voxels = open_volume(file, options);
+  return volume_input(std::move(file), std::move(voxels));
 }
 
 /// Writes rows of numbers: first the beginning of a file of `count` rows, then the rows, some at a time.

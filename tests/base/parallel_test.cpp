@@ -67,8 +67,9 @@ TEST(Interruptible, LeavesOtherWorkAlone) {
 TEST(ParallelRanges, ThrowIfTheyDidNotRun) {
   for (int attempt = 0; attempt < 200; ++attempt) {
     std::atomic<int> silent = 0;
-    const auto outer = [&](std::size_t begin, std::size_t) {
-      if (begin == std::size_t(attempt) % 64) throw Error(ErrorKind::resources, "one of many");
+    const auto outer = [&](std::size_t begin, std::size_t end) {
+      const std::size_t bad = std::size_t(attempt) % 64;
+      if (begin <= bad && bad < end) throw Error(ErrorKind::resources, "one of many");
       for (int again = 0; again < 20; ++again) {
         std::atomic<std::size_t> count = 0;
         parallel_ranges(0, 4096, 1, [&](std::size_t first, std::size_t last) { count += last - first; });

@@ -70,9 +70,10 @@ void cut_where_touching(std::vector<Loop>& polygon, std::size_t loop) {
       if (all[i] != all[j]) continue;
       const auto begin = all.begin() + std::ptrdiff_t(i), end = all.begin() + std::ptrdiff_t(j);
       Loop hole(begin, end);
-      std::ranges::rotate(hole, std::ranges::min_element(hole, {}, [](const auto& p) {
-                            return std::array{p[1], p[0]};
-                          }));
+      const auto lowest = std::ranges::min_element(hole, {}, [](const auto& p) {
+        return std::array{p[1], p[0]};
+      });
+      std::rotate(hole.begin(), lowest, hole.end());
       all.erase(begin, end);
       polygon.push_back(std::move(hole));
       j = i;
