@@ -19,8 +19,8 @@
 #include "host/files/box_file.hpp"
 #include "host/files/files.hpp"
 
-extern "C" void __asan_init() __attribute__((weak));
-extern "C" void __tsan_init() __attribute__((weak));
+extern "C" void __asan_init() __attribute__((weak));  // NOLINT(bugprone-reserved-identifier)
+extern "C" void __tsan_init() __attribute__((weak));  // NOLINT(bugprone-reserved-identifier)
 
 namespace boxunion::command {
 namespace {
