@@ -34,6 +34,8 @@ else()
   set(pc_libs_public "${pc_libs}")
   set(pc_libs "")
 endif()
+# Wherever the files are moved to, the prefix is found from their own place.
+file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(cmake/boxunion.pc.in boxunion.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/boxunion.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
