@@ -27,8 +27,17 @@ foreach(package IN LISTS packages)
   endif()
 endforeach()
 
+file(GLOB_RECURSE command ${WORK}/root/*/bin/boxunion)
+file(GLOB_RECURSE library ${WORK}/root/*/libboxunion.so)
+file(GLOB_RECURSE header ${WORK}/root/*/include/boxunion/boxunion.hpp)
+file(GLOB_RECURSE pc ${WORK}/root/*/boxunion.pc)
+cmake_path(GET library PARENT_PATH library_folder)
+cmake_path(GET header PARENT_PATH include_folder)
+cmake_path(GET include_folder PARENT_PATH include_folder)
+cmake_path(GET pc PARENT_PATH pc_folder)
+
 file(WRITE ${WORK}/boxes.csv "0,0,0,2,2,2\n1,1,1,3,3,3\n")
-execute_process(COMMAND ${WORK}/root/usr/bin/boxunion measure ${WORK}/boxes.csv --quiet OUTPUT_VARIABLE out COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${command} measure ${WORK}/boxes.csv --quiet OUTPUT_VARIABLE out COMMAND_ERROR_IS_FATAL ANY)
 if(NOT out MATCHES "volume +15")
   message(FATAL_ERROR "the packaged command printed\n${out}")
 endif()
@@ -39,10 +48,8 @@ int main() {
   std::printf(\"%g\", boxunion::measure(boxes).volume);
 }
 ")
-file(GLOB_RECURSE library ${WORK}/root/usr/lib/*/libboxunion.so ${WORK}/root/usr/lib/libboxunion.so)
-cmake_path(GET library PARENT_PATH folder)
-run(${COMPILER} -std=c++20 -I${WORK}/root/usr/include ${WORK}/volume.cpp -o ${WORK}/volume -L${folder} -lboxunion
-  -Wl,-rpath,${folder})
+run(${COMPILER} -std=c++20 -I${include_folder} ${WORK}/volume.cpp -o ${WORK}/volume -L${library_folder} -lboxunion
+  -Wl,-rpath,${library_folder})
 execute_process(COMMAND ${WORK}/volume OUTPUT_VARIABLE out COMMAND_ERROR_IS_FATAL ANY)
 if(NOT out STREQUAL "15")
   message(FATAL_ERROR "a program with the packaged library printed ${out}, expected 15")
@@ -50,8 +57,6 @@ endif()
 
 find_program(PKG_CONFIG pkg-config)
 if(PKG_CONFIG)
-  file(GLOB_RECURSE pc ${WORK}/root/usr/*/boxunion.pc)
-  cmake_path(GET pc PARENT_PATH pc_folder)
   set(ENV{PKG_CONFIG_PATH} ${pc_folder})
   execute_process(COMMAND ${PKG_CONFIG} --cflags --libs boxunion OUTPUT_VARIABLE flags
     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)

@@ -1,4 +1,4 @@
-// The weights of an octant mask (core/solid/octants.hpp), as contract.h packs them.
+// The weights of an octant mask (include/boxunion/octants.hpp), as contract.h packs them.
 
 #define AREA_AT(axis) (WEIGHT_AREA + WEIGHT_AREA_BITS * (axis))
 #define LENGTH_AT(axis) (WEIGHT_LENGTH + WEIGHT_LENGTH_BITS * (axis))
